@@ -1,0 +1,2 @@
+//! Digest of each stage's code.
+fn main() {}

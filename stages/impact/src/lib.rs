@@ -1,0 +1,2 @@
+//! Explicit material point method for hypervelocity impact.
+pub mod result;

@@ -1,0 +1,150 @@
+//! What an impact run leaves: particles at the times asked for, the ledger, and how much melted.
+use hvi_kit::Artifact;
+use hvi_kit::view::Scalar;
+use serde::{Deserialize, Serialize};
+
+/// The space a run was made in; particle coordinates are read by it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Space {
+    /// Plane waves: `position[0]` along the impact direction, per square metre of area.
+    Line,
+    /// `position[0]` along the axis, `position[1]` the radius r >= 0; each particle is a whole ring (2 pi r).
+    Axisymmetric,
+    /// Right-handed x, y, z, the impact along +x; only the part with `y >= 0` (half) or also `z >= 0` (quarter) may be there.
+    Full {
+        /// Mirror plane y = 0: the other half is not stored.
+        mirror_y: bool,
+        /// Mirror plane z = 0: the other half is not stored.
+        mirror_z: bool,
+    },
+}
+
+/// Phase codes of GRAY: 0 solid, 1 melting, 2 liquid, 3 hot liquid, 4 vapour.
+pub const PHASES: [&str; 5] = ["solid", "melting", "liquid", "hot liquid", "vapour"];
+
+/// A body of the scene.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Body {
+    /// `"projectile"` or `"plate"`.
+    pub name: String,
+    /// Name of its material.
+    pub material: String,
+    /// Mass of the whole body as discretised, mirrored parts included [kg] ([kg/m2] in [`Space::Line`]).
+    pub mass: f64,
+    /// Initial density [kg/m3].
+    pub density: f64,
+}
+
+/// Particles at one time, structure of arrays, `[particles]` each.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Particles {
+    /// Coordinates [m], by [`Space`].
+    pub position: [Vec<f32>; 3],
+    /// Velocity [m/s], same axes.
+    pub velocity: [Vec<f32>; 3],
+    /// Mass that the stored particle stands for, mirror images not included [kg].
+    pub mass: Vec<f32>,
+    /// Density [kg/m3], of the intact matter where the particle has separated.
+    pub density: Vec<f32>,
+    /// Pressure [Pa].
+    pub pressure: Vec<f32>,
+    /// Temperature [K].
+    pub temperature: Vec<f32>,
+    /// Specific internal energy [J/kg].
+    pub energy: Vec<f32>,
+    /// Share of liquid, 0..1.
+    pub liquid: Vec<f32>,
+    /// Phase code, see [`PHASES`], at the volume of the intact matter (V_eff).
+    pub phase: Vec<u8>,
+    /// Index into [`Impact::bodies`].
+    pub body: Vec<u8>,
+    /// 1 where the particle has failed (spalled or damaged).
+    pub failed: Vec<u8>,
+}
+
+/// Masses by phase of one body, as shares of the *projectile's* mass (the paper's measure).
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Melt {
+    /// By phase code, at V_eff = min(V, volume where P(V, E) = 0): separated matter keeps the phase its heat gives it.
+    pub by_phase: [f64; 5],
+    /// By phase code, at the particle's own (numerically expanded) volume: the paper's likely measure.
+    pub by_phase_own_volume: [f64; 5],
+    /// Mass-weighted liquid share at V_eff.
+    pub liquid: f64,
+}
+
+/// The run at one time.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Snapshot {
+    /// Time since the start [s].
+    pub time: f64,
+    /// The particles.
+    pub particles: Particles,
+    /// Melted masses, one a body.
+    pub melt: Vec<Melt>,
+}
+
+/// Sums over the whole scene at one time; conserved ones don't move. Mirror images included; per radian nothing.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Ledger {
+    /// Time [s].
+    pub time: f64,
+    /// Steps taken.
+    pub step: u64,
+    /// Mass [kg].
+    pub mass: f64,
+    /// Momentum along the impact direction [kg m/s].
+    pub momentum: f64,
+    /// Kinetic energy, affine motion included [J].
+    pub kinetic: f64,
+    /// Internal energy, one a body [J].
+    pub internal: Vec<f64>,
+    /// Part of the internal energy that came from artificial viscosity, so far [J].
+    pub viscous: f64,
+    /// Part of the internal energy that the transfer returned as heat, so far [J].
+    pub transfer: f64,
+    /// Energy added where a negative internal energy was set to zero, so far [J].
+    pub floored: f64,
+    /// Relative drift of kinetic + internal - floored since the start.
+    pub drift: f64,
+    /// Highest pressure so far [Pa].
+    pub highest_pressure: f64,
+    /// Highest density over initial density so far.
+    pub highest_compression: f64,
+    /// Time step [s].
+    pub time_step: f64,
+}
+
+/// What an impact run leaves.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Impact {
+    /// The space it was made in.
+    pub space: Space,
+    /// Cell size [m].
+    pub cell: f64,
+    /// Cells through the thinner of plate thickness and projectile size along the impact.
+    pub cells_through: f64,
+    /// Impact speed [m/s].
+    pub velocity: f64,
+    /// Diameter of the projectile across the impact direction [m].
+    pub diameter: f64,
+    /// Thickness of the plate [m].
+    pub thickness: f64,
+    /// The bodies.
+    pub bodies: Vec<Body>,
+    /// At the times asked for, in order; the last is the end.
+    pub snapshots: Vec<Snapshot>,
+    /// In order of time, the first at the start.
+    pub ledger: Vec<Ledger>,
+    /// Velocity along the impact of the leading .1, 1 and 5 % of the projectile's mass at the end [m/s].
+    pub leading: [f64; 3],
+    /// Decisions and warnings a reader of the result must know, one sentence each.
+    pub notes: Vec<String>,
+}
+
+impl Artifact for Impact {
+    const KIND: &'static str = "impact/1";
+    fn scalars(&self) -> Vec<Scalar> {
+        vec![Scalar::number("leading 1 %", self.leading[1], "m/s")]
+    }
+}

@@ -1,0 +1,16 @@
+//! What every stage is made of: the `Stage` trait, its context, its input ports, units, and what a result shows.
+//!
+//! `stage.rs` the trait; `port.rs` inputs; `artifact.rs` outputs; `ctx.rs` the world outside; `units.rs` quantities;
+//! `view.rs` tables, figures and pictures; `math.rs` small numerics shared by stages.
+mod artifact;
+mod ctx;
+pub mod math;
+mod port;
+mod stage;
+pub mod units;
+pub mod view;
+pub use artifact::{Artifact, DecodeError, File, LoadError, load};
+pub use ctx::{Cancel, Cancelled, Ctx, Progress};
+pub use hvi_cache::{Digest, Recipe, Slot, Store, StoreError};
+pub use port::{Arity, Inputs, Places, Plug, Port};
+pub use stage::{Invalid, Made, Shown, Stage, StageDef, StageError};

@@ -1,0 +1,144 @@
+//! The one trait that makes a stage, and its type-erased form.
+use crate::view::{Scalar, View};
+use crate::{Artifact, Cancelled, Ctx, Inputs, LoadError, Port};
+use hvi_cache::{Digest, Recipe, Store, StoreError};
+use serde::{Serialize, de::DeserializeOwned};
+
+/// Why a stage has no result.
+#[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say it")]
+pub enum StageError {
+    #[error("cancelled")]
+    Cancelled(#[from] Cancelled),
+    #[error(transparent)]
+    Load(#[from] LoadError),
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// The physics went wrong: a solver did not converge, a state left the model's range. The text says where (step,
+    /// time, particle), what, what was allowed, and what to do next.
+    #[error("{0}")]
+    Physics(String),
+}
+impl StageError {
+    /// A failure of the physics, from any error that says where and what.
+    pub fn physics(why: impl std::fmt::Display) -> StageError {
+        StageError::Physics(why.to_string())
+    }
+}
+
+/// A parameter outside its range.
+#[derive(Debug, PartialEq)]
+pub struct Invalid {
+    /// Dotted key, e.g. `"plate.thickness"`.
+    pub key: String,
+    /// What it is, what is allowed, with units.
+    pub why: String,
+}
+impl Invalid {
+    /// The key `key` is invalid because of `why`.
+    pub fn new(key: &str, why: impl Into<String>) -> Invalid {
+        Invalid { key: key.into(), why: why.into() }
+    }
+}
+
+/// One pure step of a pipeline: the same parameters and inputs give the same output, bit for bit,
+/// whatever the clock, the thread count or the host.
+pub trait Stage: 'static {
+    /// Name in pipeline files and cache keys.
+    const NAME: &'static str;
+    /// One line for people: what it makes, by which method.
+    const SUMMARY: &'static str;
+    /// Parameters, with defaults; quantities as types of [`crate::units`]; `#[serde(deny_unknown_fields)]`.
+    type Params: Serialize + DeserializeOwned + Send + Sync;
+    /// Input ports.
+    type Inputs: Inputs;
+    /// What it makes.
+    type Output: Artifact;
+
+    /// Checks ranges, before anything runs.
+    ///
+    /// # Errors
+    /// The first parameter that is out of its range.
+    fn check(_params: &Self::Params) -> Result<(), Invalid> {
+        Ok(())
+    }
+
+    /// Predicted core-seconds, for the order of work and the time left; never enters a result.
+    fn cost(_params: &Self::Params) -> f64 {
+        0.1
+    }
+
+    /// Computes the output.
+    ///
+    /// # Errors
+    /// [`StageError`] where the physics fails, or the run is cancelled.
+    fn run(params: &Self::Params, inputs: Self::Inputs, ctx: &Ctx<'_>) -> Result<Self::Output, StageError>;
+}
+
+/// Why parameters were refused: where (dotted path, may be empty) and what.
+pub type CheckError = Invalid;
+
+/// A result that was made: digest and size of its bytes.
+pub struct Made {
+    /// Digest of the output's bytes.
+    pub output: Digest,
+    /// Their number.
+    pub bytes: u64,
+}
+
+/// What a stored result shows.
+pub struct Shown {
+    /// Its row in a sweep's table.
+    pub scalars: Vec<Scalar>,
+    /// Its tables, figures and pictures.
+    pub views: Vec<View>,
+}
+
+/// A stage with its types erased, for the plan and the executor.
+pub struct StageDef {
+    /// Name in pipeline files.
+    pub name: &'static str,
+    /// One line for people.
+    pub summary: &'static str,
+    /// Input ports.
+    pub ports: &'static [Port],
+    /// Kind of the output.
+    pub output: &'static str,
+    /// Parses parameters, fills defaults, checks ranges; returns the canonical form.
+    pub check: fn(&serde_json::Value) -> Result<serde_json::Value, CheckError>,
+    /// Predicted core-seconds of canonical parameters.
+    pub cost: fn(&serde_json::Value) -> f64,
+    /// Loads inputs, runs, stores the output.
+    pub run: fn(&Recipe, &Store, &Ctx<'_>) -> Result<Made, StageError>,
+    /// Shows a stored output.
+    pub show: fn(Digest, &Store) -> Result<Shown, LoadError>,
+}
+
+impl StageDef {
+    /// The type-erased form of `S`.
+    pub const fn of<S: Stage>() -> StageDef {
+        StageDef {
+            name: S::NAME,
+            summary: S::SUMMARY,
+            ports: S::Inputs::PORTS,
+            output: <S::Output as Artifact>::KIND,
+            check: |value| {
+                let params: S::Params = serde_path_to_error::deserialize(value)
+                    .map_err(|e| Invalid { key: e.path().to_string(), why: e.into_inner().to_string() })?;
+                S::check(&params)?;
+                Ok(serde_json::to_value(params).expect("parameters are plain data"))
+            },
+            cost: |value| serde_json::from_value(value.clone()).map_or(0.1, |p| S::cost(&p)),
+            run: |recipe, store, ctx| {
+                let params = serde_json::from_value(recipe.params.clone()).expect("checked when it was planned");
+                let inputs = S::Inputs::load(&recipe.inputs, store)?;
+                let bytes = S::run(&params, inputs, ctx)?.encode();
+                Ok(Made { output: store.put(&bytes)?, bytes: bytes.len() as u64 })
+            },
+            show: |digest, store| {
+                let output: S::Output = crate::load(store, digest)?;
+                Ok(Shown { scalars: output.scalars(), views: output.views() })
+            },
+        }
+    }
+}
