@@ -1,1 +1,13 @@
 //! Equations of state: pressure, temperature, sound speed and phase from volume and energy; and their fit.
+//!
+//! `eos.rs` the one interface; `model/` one file a model; `curve.rs` Hugoniot and release; `result.rs` what stages pass on.
+//! SI throughout: V specific volume [m3/kg], E specific energy [J/kg], P [Pa], T [K]; energy is zero at the reference
+//! state (V0, T0) of the metals.
+pub mod curve;
+mod eos;
+pub mod model;
+mod result;
+pub use eos::{Eos, EosError, Phase, Point};
+pub use model::ideal_gas::IdealGas;
+pub use model::mie_gruneisen::MieGruneisen;
+pub use result::EosResult;

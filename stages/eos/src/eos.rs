@@ -1,0 +1,110 @@
+//! The one interface to every equation of state: a closed enum, and what it answers.
+use crate::model::{ideal_gas::IdealGas, mie_gruneisen::MieGruneisen};
+use serde::{Deserialize, Serialize};
+
+/// Regimes of matter; `phase as u8` is the code that particles carry.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[expect(missing_docs, reason = "the names say it")]
+#[repr(u8)]
+pub enum Phase {
+    Solid = 0,
+    Melting = 1,
+    Liquid = 2,
+    HotLiquid = 3,
+    Vapour = 4,
+}
+
+/// Everything an impact particle needs of its equation of state.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point {
+    /// Pressure [Pa], unclamped: negative in tension.
+    pub pressure: f64,
+    /// Temperature [K], 0 where the energy lies below the cold curve.
+    pub temperature: f64,
+    /// Bulk (adiabatic) sound speed [m/s], with a floor of a tenth of the reference one for the metals.
+    pub sound_speed: f64,
+    /// Regime; a model without phases says [`Phase::Solid`] (a gas: [`Phase::Vapour`]).
+    pub phase: Phase,
+    /// Share of liquid, 0..1; 1 in the hot liquid and the vapour too.
+    pub liquid: f64,
+}
+
+/// Parameters that make no equation of state.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{name}: {parameter} {why}")]
+pub struct EosError {
+    /// The model.
+    pub name: &'static str,
+    /// The parameter at fault.
+    pub parameter: &'static str,
+    /// What it is, what is allowed, with units.
+    pub why: String,
+}
+
+/// An equation of state.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Eos {
+    /// Mie-Grueneisen on the linear Us-up Hugoniot.
+    MieGruneisen(MieGruneisen),
+    /// Gas of constant gamma.
+    IdealGas(IdealGas),
+}
+
+macro_rules! each {
+    ($eos:expr, $model:ident => $answer:expr) => {
+        match $eos {
+            Eos::MieGruneisen($model) => $answer,
+            Eos::IdealGas($model) => $answer,
+        }
+    };
+}
+
+impl Eos {
+    /// Name for people.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Eos::MieGruneisen(_) => "Mie-Grueneisen",
+            Eos::IdealGas(_) => "ideal gas",
+        }
+    }
+    /// Specific volume V0 of the reference state [m3/kg].
+    pub fn reference_volume(&self) -> f64 {
+        each!(self, m => m.reference_volume())
+    }
+    /// Temperature T0 of the reference state [K].
+    pub fn reference_temperature(&self) -> f64 {
+        each!(self, m => m.reference_temperature())
+    }
+    /// Pressure, temperature, sound speed and phase at specific `volume` V [m3/kg] and `energy` E [J/kg].
+    ///
+    /// Finite for every finite E and every V > 0 (the models extend themselves beyond their range, see each).
+    #[inline]
+    pub fn point(&self, volume: f64, energy: f64) -> Point {
+        each!(self, m => m.point(volume, energy))
+    }
+    /// Energy [J/kg] at specific `volume` [m3/kg] and `temperature` [K].
+    pub fn energy_at(&self, volume: f64, temperature: f64) -> f64 {
+        each!(self, m => m.energy_at(volume, temperature))
+    }
+    /// Pressure [Pa] at specific `volume` [m3/kg] and `temperature` [K].
+    pub fn pressure_at(&self, volume: f64, temperature: f64) -> f64 {
+        self.point(volume, self.energy_at(volume, temperature)).pressure
+    }
+    /// Melting temperature [K] at specific `volume` [m3/kg]; `None` where the model knows no melting.
+    pub fn melting_temperature(&self, _volume: f64) -> Option<f64> {
+        match self {
+            Eos::MieGruneisen(_) | Eos::IdealGas(_) => None,
+        }
+    }
+    /// Volume of the matter itself in a separated particle [m3/kg]: the smaller of `volume` and the volume at which
+    /// P(V, `energy`) = 0.
+    ///
+    /// A particle that has failed goes on counting the void it opens; its phase and temperature belong to this volume.
+    /// Evaluated at the volume with the void, the falling T_m(V) would melt matter that was never heated.
+    pub fn relaxed_volume(&self, volume: f64, energy: f64) -> f64 {
+        match self {
+            Eos::MieGruneisen(m) => m.relaxed_volume(volume, energy),
+            Eos::IdealGas(_) => volume,
+        }
+    }
+}

@@ -1,0 +1,186 @@
+//! Mie-Grueneisen on the linear Us-up Hugoniot, with gamma rho constant.
+use super::table::Table;
+use crate::{EosError, Phase, Point};
+use hvi_kit::math::exp;
+use serde::{Deserialize, Serialize};
+
+/// Parameters of [`MieGruneisen`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Parameters {
+    /// Reference density rho0 [kg/m3].
+    pub density: f64,
+    /// Intercept c0 of Us = c0 + s up [m/s].
+    pub sound_speed: f64,
+    /// Slope s of Us = c0 + s up.
+    pub slope: f64,
+    /// Grueneisen coefficient G0 at rho0.
+    pub gruneisen: f64,
+    /// Heat capacity [J/kg/K].
+    pub heat_capacity: f64,
+    /// Temperature of the reference state [K].
+    pub reference_temperature: f64,
+}
+
+/// With `x = 1 - V/V0`: `P_H = rho0 c0^2 x / (1 - s x)^2`, `P = P_H + G0 rho0 (E - P_H V0 x / 2)`; in expansion
+/// `P = rho0 c0^2 x + G0 rho0 E`. `T = Tr exp(G0 x) + (E - e_c) / c_p`, with e_c the energy on the isentrope through the
+/// reference state.
+///
+/// Beyond the cap `x = min(0.6, 0.92 / s)` P_H goes on along its tangent, so nothing meets the pole at 1/s. The temperature
+/// takes x no lower than -0.2: matter so far apart has separated, see [`crate::Eos::relaxed_volume`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Parameters", into = "Parameters")]
+pub struct MieGruneisen {
+    parameters: Parameters,
+    /// The cap, P_H and dP_H/dx there.
+    cap: (f64, f64, f64),
+    /// Tr exp(G0 x) and e_c over x.
+    isentrope: Table<2>,
+}
+
+/// The temperature follows x down to here.
+const OPEN: f64 = -0.2;
+/// Nodes of the isentrope a unit of x.
+const NODES: usize = 256;
+
+impl MieGruneisen {
+    /// # Errors
+    /// [`EosError`] where a parameter is not positive (the slope may be zero).
+    pub fn new(parameters: Parameters) -> Result<Self, EosError> {
+        let p = &parameters;
+        let wrong = |parameter, why| Err(EosError { name: "Mie-Grueneisen", parameter, why });
+        for (parameter, value) in [
+            ("density", p.density),
+            ("sound_speed", p.sound_speed),
+            ("gruneisen", p.gruneisen),
+            ("heat_capacity", p.heat_capacity),
+            ("reference_temperature", p.reference_temperature),
+        ] {
+            if !(value > 0.0 && value.is_finite()) {
+                return wrong(parameter, format!("is {value}, must be positive"));
+            }
+        }
+        if !(p.slope >= 0.0 && p.slope.is_finite()) {
+            return wrong("slope", format!("is {}, must not be negative", p.slope));
+        }
+        let end = if p.slope > 0.0 { (0.92 / p.slope).min(0.6) } else { 0.6 };
+        let (pressure, slope) = hugoniot(p, end);
+        let cap = (end, pressure, slope);
+        let isentrope = isentrope(p, cap);
+        Ok(Self { parameters, cap, isentrope })
+    }
+
+    /// The parameters.
+    pub fn parameters(&self) -> &Parameters {
+        &self.parameters
+    }
+    pub(crate) fn reference_volume(&self) -> f64 {
+        1.0 / self.parameters.density
+    }
+    pub(crate) fn reference_temperature(&self) -> f64 {
+        self.parameters.reference_temperature
+    }
+
+    #[inline]
+    pub(crate) fn point(&self, volume: f64, energy: f64) -> Point {
+        let p = &self.parameters;
+        let ratio = volume * p.density;
+        let x = 1.0 - ratio;
+        let stiffness = p.density * p.sound_speed * p.sound_speed;
+        let (pressure, slope) = if x < 0.0 {
+            (stiffness * x + p.gruneisen * p.density * energy, stiffness)
+        } else {
+            let (h, dh) = capped(p, self.cap, x);
+            let pressure = h + p.gruneisen * (p.density * energy - 0.5 * h * x);
+            (pressure, dh - 0.5 * p.gruneisen * (dh * x + h))
+        };
+        // c^2 = V^2 (P P_E - P_V), with P_E = G0 rho0 and P_V = -rho0 dP/dx.
+        let c2 = ratio * ratio * (slope + p.gruneisen * pressure) / p.density;
+        let floor = 0.01 * p.sound_speed * p.sound_speed;
+        let [hot, cold] = self.isentrope.at(x);
+        Point {
+            pressure,
+            temperature: (hot[0] + (energy - cold[0]) / p.heat_capacity).max(0.0),
+            sound_speed: c2.max(floor).sqrt(),
+            phase: Phase::Solid,
+            liquid: 0.0,
+        }
+    }
+
+    pub(crate) fn energy_at(&self, volume: f64, temperature: f64) -> f64 {
+        let [hot, cold] = self.isentrope.at(1.0 - volume * self.parameters.density);
+        cold[0] + self.parameters.heat_capacity * (temperature - hot[0])
+    }
+
+    /// In expansion P = 0 at `x = -G0 E / c0^2`.
+    pub(crate) fn relaxed_volume(&self, volume: f64, energy: f64) -> f64 {
+        let p = &self.parameters;
+        let open = 1.0 + p.gruneisen * energy.max(0.0) / (p.sound_speed * p.sound_speed);
+        volume.min(open / p.density)
+    }
+}
+
+/// P_H and dP_H/dx on the Hugoniot's own formula.
+fn hugoniot(p: &Parameters, x: f64) -> (f64, f64) {
+    let stiffness = p.density * p.sound_speed * p.sound_speed;
+    let gap = 1.0 / (1.0 - p.slope * x);
+    (stiffness * x * gap * gap, stiffness * (1.0 + p.slope * x) * gap * gap * gap)
+}
+
+/// P_H and dP_H/dx for x >= 0, along the tangent beyond the cap.
+#[inline]
+fn capped(p: &Parameters, (end, pressure, slope): (f64, f64, f64), x: f64) -> (f64, f64) {
+    if x > end { (pressure + slope * (x - end), slope) } else { hugoniot(p, x) }
+}
+
+/// Tr exp(G0 x) and e_c(x) over [`OPEN`]..1: `de/dx = V0 P(x, e)`, by Gauss-Legendre (3 points) over each interval.
+fn isentrope(p: &Parameters, cap: (f64, f64, f64)) -> Table<2> {
+    let step = 1.0 / NODES as f64;
+    let below = (-OPEN * NODES as f64).ceil() as usize;
+    let g = p.gruneisen;
+    // V0 (P - G0 rho0 e) and its derivative.
+    let source = |x: f64| {
+        if x < 0.0 {
+            let c2 = p.sound_speed * p.sound_speed;
+            return (c2 * x, c2);
+        }
+        let (h, dh) = capped(p, cap, x);
+        ((1.0 - 0.5 * g * x) * h / p.density, ((1.0 - 0.5 * g * x) * dh - 0.5 * g * h) / p.density)
+    };
+    let across = |from: f64, to: f64, energy: f64| {
+        let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
+        let term = |s: f64, weight: f64| weight * exp(g * (to - s)) * source(s).0;
+        let offset = half * 0.6f64.sqrt();
+        let sum = term(middle - offset, 5.0 / 9.0) + term(middle, 8.0 / 9.0) + term(middle + offset, 5.0 / 9.0);
+        exp(g * (to - from)) * energy + half * sum
+    };
+    let node = |x: f64, e: f64| {
+        let hot = p.reference_temperature * exp(g * x);
+        let (q, dq) = source(x);
+        let slope = q + g * e;
+        [[hot, g * hot, g * g * hot], [e, slope, dq + g * slope]]
+    };
+    let at = |i: isize| i as f64 * step;
+    let mut nodes = vec![node(0.0, 0.0)];
+    for i in 0..NODES as isize {
+        let e = across(at(i), at(i + 1), nodes.last().expect("begun")[1][0]);
+        nodes.push(node(at(i + 1), e));
+    }
+    let mut e = 0.0;
+    for i in 0..below as isize {
+        e = across(at(-i), at(-i - 1), e);
+        nodes.insert(0, node(at(-i - 1), e));
+    }
+    Table::new(at(-(below as isize)), step, &nodes)
+}
+
+impl TryFrom<Parameters> for MieGruneisen {
+    type Error = EosError;
+    fn try_from(parameters: Parameters) -> Result<Self, EosError> {
+        Self::new(parameters)
+    }
+}
+impl From<MieGruneisen> for Parameters {
+    fn from(eos: MieGruneisen) -> Parameters {
+        eos.parameters
+    }
+}

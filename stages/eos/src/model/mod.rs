@@ -1,0 +1,4 @@
+//! Models, one file each.
+pub mod ideal_gas;
+pub mod mie_gruneisen;
+pub mod table;
