@@ -25,16 +25,27 @@ pub struct Parameters {
 /// `P = rho0 c0^2 x + G0 rho0 E`. `T = Tr exp(G0 x) + (E - e_c) / c_p`, with e_c the energy on the isentrope through the
 /// reference state.
 ///
-/// Beyond the cap `x = min(0.6, 0.92 / s)` P_H goes on along its tangent, so nothing meets the pole at 1/s. The temperature
-/// takes x no lower than -0.2: matter so far apart has separated, see [`crate::Eos::relaxed_volume`].
+/// Beyond the cap `x = min(0.6, 0.92 / s)` the reference is no longer the Hugoniot but a line P_r(x), with dE_r/dx = V0 P_r:
+/// P stays continuously differentiable, meets no pole, and rises along every isentrope above the line. The temperature takes
+/// x no lower than -0.2: matter so far apart has separated, see [`crate::Eos::relaxed_volume`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Parameters", into = "Parameters")]
 pub struct MieGruneisen {
     parameters: Parameters,
-    /// The cap, P_H and dP_H/dx there.
-    cap: (f64, f64, f64),
+    cap: Cap,
     /// Tr exp(G0 x) and e_c over x.
     isentrope: Table<2>,
+}
+
+/// Where the Hugoniot ends as the reference curve.
+#[derive(Clone, Debug, PartialEq)]
+struct Cap {
+    /// x of the cap.
+    end: f64,
+    /// P_r there [Pa].
+    pressure: f64,
+    /// dP_r/dx beyond it [Pa].
+    slope: f64,
 }
 
 /// The temperature follows x down to here.
@@ -64,8 +75,13 @@ impl MieGruneisen {
         }
         let end = if p.slope > 0.0 { (0.92 / p.slope).min(0.6) } else { 0.6 };
         let (pressure, slope) = hugoniot(p, end);
-        let cap = (end, pressure, slope);
-        let isentrope = isentrope(p, cap);
+        // The slope that makes dP/dx at fixed E the same on both sides.
+        let slope = slope * (1.0 - 0.5 * p.gruneisen * end) + 0.5 * p.gruneisen * pressure;
+        if slope <= 0.0 {
+            return wrong("gruneisen", format!("is {}: matter would soften under compression", p.gruneisen));
+        }
+        let cap = Cap { end, pressure, slope };
+        let isentrope = isentrope(p, &cap);
         Ok(Self { parameters, cap, isentrope })
     }
 
@@ -85,21 +101,15 @@ impl MieGruneisen {
         let p = &self.parameters;
         let ratio = volume * p.density;
         let x = 1.0 - ratio;
-        let stiffness = p.density * p.sound_speed * p.sound_speed;
-        let (pressure, slope) = if x < 0.0 {
-            (stiffness * x + p.gruneisen * p.density * energy, stiffness)
-        } else {
-            let (h, dh) = capped(p, self.cap, x);
-            let pressure = h + p.gruneisen * (p.density * energy - 0.5 * h * x);
-            (pressure, dh - 0.5 * p.gruneisen * (dh * x + h))
-        };
+        let (cold, slope) = cold(p, &self.cap, x);
+        let pressure = cold + p.gruneisen * p.density * energy;
         // c^2 = V^2 (P P_E - P_V), with P_E = G0 rho0 and P_V = -rho0 dP/dx.
         let c2 = ratio * ratio * (slope + p.gruneisen * pressure) / p.density;
         let floor = 0.01 * p.sound_speed * p.sound_speed;
-        let [hot, cold] = self.isentrope.at(x);
+        let [hot, isentrope] = self.isentrope.at(x);
         Point {
             pressure,
-            temperature: (hot[0] + (energy - cold[0]) / p.heat_capacity).max(0.0),
+            temperature: (hot[0] + (energy - isentrope[0]) / p.heat_capacity).max(0.0),
             sound_speed: c2.max(floor).sqrt(),
             phase: Phase::Solid,
             liquid: 0.0,
@@ -126,25 +136,33 @@ fn hugoniot(p: &Parameters, x: f64) -> (f64, f64) {
     (stiffness * x * gap * gap, stiffness * (1.0 + p.slope * x) * gap * gap * gap)
 }
 
-/// P_H and dP_H/dx for x >= 0, along the tangent beyond the cap.
+/// P at E = 0 and its derivative by x.
 #[inline]
-fn capped(p: &Parameters, (end, pressure, slope): (f64, f64, f64), x: f64) -> (f64, f64) {
-    if x > end { (pressure + slope * (x - end), slope) } else { hugoniot(p, x) }
+fn cold(p: &Parameters, cap: &Cap, x: f64) -> (f64, f64) {
+    let g = p.gruneisen;
+    if x < 0.0 {
+        let stiffness = p.density * p.sound_speed * p.sound_speed;
+        (stiffness * x, stiffness)
+    } else if x <= cap.end {
+        let (h, dh) = hugoniot(p, x);
+        (h * (1.0 - 0.5 * g * x), dh - 0.5 * g * (dh * x + h))
+    } else {
+        let d = x - cap.end;
+        let reference = cap.pressure + cap.slope * d;
+        let energy = 0.5 * cap.pressure * cap.end + d * (cap.pressure + 0.5 * cap.slope * d);
+        (reference - g * energy, cap.slope - g * reference)
+    }
 }
 
 /// Tr exp(G0 x) and e_c(x) over [`OPEN`]..1: `de/dx = V0 P(x, e)`, by Gauss-Legendre (3 points) over each interval.
-fn isentrope(p: &Parameters, cap: (f64, f64, f64)) -> Table<2> {
+fn isentrope(p: &Parameters, cap: &Cap) -> Table<2> {
     let step = 1.0 / NODES as f64;
     let below = (-OPEN * NODES as f64).ceil() as usize;
     let g = p.gruneisen;
     // V0 (P - G0 rho0 e) and its derivative.
     let source = |x: f64| {
-        if x < 0.0 {
-            let c2 = p.sound_speed * p.sound_speed;
-            return (c2 * x, c2);
-        }
-        let (h, dh) = capped(p, cap, x);
-        ((1.0 - 0.5 * g * x) * h / p.density, ((1.0 - 0.5 * g * x) * dh - 0.5 * g * h) / p.density)
+        let (pressure, slope) = cold(p, cap, x);
+        (pressure / p.density, slope / p.density)
     };
     let across = |from: f64, to: f64, energy: f64| {
         let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
