@@ -1,2 +1,176 @@
-//! Digest of each stage's code.
-fn main() {}
+//! Build script: the digest of each workspace crate's code, as it enters the cache keys.
+//!
+//! Counted: the token stream of every source file (comments, docs, formatting and tests are no part of it), the bytes of
+//! every other file under `src/`, the crate's features and dependencies, the workspace crates it uses, and name, version
+//! and checksum of every locked dependency. Not counted: `hvi-cache`, which knows bytes only, and files called `show.rs`
+//! or kit's `view.rs`, which only present results that are already stored.
+use proc_macro2::{TokenStream, TokenTree};
+use quote::ToTokens;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+use std::{env, fs};
+use syn::visit_mut::VisitMut;
+
+type Failure = Box<dyn std::error::Error>;
+
+fn main() -> Result<(), Failure> {
+    let root = PathBuf::from(env::var("CARGO_MANIFEST_DIR")?);
+    println!("cargo:rerun-if-changed={}", root.join("stages").display());
+    println!("cargo:rerun-if-changed={}", root.join("Cargo.lock").display());
+    println!("cargo:rerun-if-changed={}", root.join("src").display());
+    let locked = locked_packages(&root.join("Cargo.lock"))?;
+    let mut table = String::from("/// (crate, digest of its code) in the order of their names.\npub const CODE: &[(&str, &str)] = &[\n");
+    let mut folders: Vec<_> = fs::read_dir(root.join("stages"))?.collect::<Result<_, _>>()?;
+    folders.sort_by_key(fs::DirEntry::path);
+    for folder in folders {
+        if folder.path().join("Cargo.toml").exists() {
+            let name = format!("hvi-{}", folder.file_name().to_string_lossy());
+            table += &format!("    ({:?}, {:?}),\n", name.replace('-', "_"), digest(&root, &name, &locked)?.to_string());
+        }
+    }
+    table += "];\n";
+    let mut program = blake3::Hasher::new();
+    for file in files(&root.join("src"))? {
+        program.update(&fs::read(file)?);
+    }
+    table += &format!("/// Digest of the orchestrator's own sources: what it writes for people may change with it.\npub const PROGRAM: &str = {:?};\n", program.finalize().to_string());
+    fs::write(PathBuf::from(env::var("OUT_DIR")?).join("code.rs"), table)?;
+    Ok(())
+}
+
+/// Digest of everything that a result of crate `name` may depend on.
+fn digest(root: &Path, name: &str, locked: &BTreeMap<String, Package>) -> Result<blake3::Hash, Failure> {
+    let mut hasher = blake3::Hasher::new();
+    let mut add = |part: &[u8]| {
+        hasher.update(&(part.len() as u64).to_le_bytes());
+        hasher.update(part);
+    };
+    for package in closure(name, locked) {
+        let Some(folder) = package.name.strip_prefix("hvi-").filter(|_| package.checksum.is_empty()) else {
+            add(format!("{} {} {}", package.name, package.version, package.checksum).as_bytes());
+            continue;
+        };
+        if folder == "cache" {
+            continue;
+        }
+        let folder = root.join("stages").join(folder);
+        add(package.name.as_bytes());
+        add(manifest(&folder.join("Cargo.toml"))?.as_bytes());
+        for file in files(&folder.join("src"))? {
+            let path = file.strip_prefix(&folder)?.to_string_lossy().into_owned();
+            if path.ends_with("/show.rs") || (package.name == "hvi-kit" && path == "src/view.rs") {
+                continue;
+            }
+            add(path.as_bytes());
+            if path.ends_with(".rs") {
+                add(tokens(&file)?.as_bytes());
+            } else {
+                add(&fs::read(&file)?);
+            }
+        }
+    }
+    Ok(hasher.finalize())
+}
+
+/// The parts of a manifest that may change what is compiled.
+fn manifest(path: &Path) -> Result<String, Failure> {
+    let table: toml::Table = fs::read_to_string(path)?.parse()?;
+    let part = |key: &str| table.get(key).map(ToString::to_string).unwrap_or_default();
+    Ok([part("dependencies"), part("features"), part("build-dependencies")].join("\n"))
+}
+
+struct Package {
+    name: String,
+    version: String,
+    checksum: String,
+    needs: Vec<String>,
+}
+
+fn locked_packages(path: &Path) -> Result<BTreeMap<String, Package>, Failure> {
+    let lock: toml::Table = fs::read_to_string(path)?.parse()?;
+    let text = |p: &toml::Value, key: &str| p.get(key).and_then(|v| v.as_str()).unwrap_or_default().to_string();
+    let packages = lock.get("package").and_then(|p| p.as_array()).ok_or("Cargo.lock lists no packages")?;
+    let named = packages.iter().map(|p| {
+        let needs = p.get("dependencies").and_then(|d| d.as_array()).into_iter().flatten();
+        let needs = needs.filter_map(|d| d.as_str()).map(|d| d.split(' ').next().unwrap_or(d).to_string()).collect();
+        (text(p, "name"), Package { name: text(p, "name"), version: text(p, "version"), checksum: text(p, "checksum"), needs })
+    });
+    Ok(named.collect())
+}
+
+/// `name` and all it needs, by name. Development dependencies are locked too: those of proptest are left out by hand.
+fn closure<'a>(name: &str, locked: &'a BTreeMap<String, Package>) -> Vec<&'a Package> {
+    let (mut seen, mut todo) = (BTreeSet::new(), vec![name.to_string()]);
+    while let Some(next) = todo.pop() {
+        if next != "proptest" && seen.insert(next.clone()) {
+            todo.extend(locked.get(&next).into_iter().flat_map(|p| p.needs.iter().cloned()));
+        }
+    }
+    seen.iter().filter_map(|name| locked.get(name)).collect()
+}
+
+fn files(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
+    let mut all = Vec::new();
+    for entry in fs::read_dir(folder)? {
+        let path = entry?.path();
+        if path.is_dir() { all.extend(files(&path)?) } else { all.push(path) }
+    }
+    all.sort();
+    Ok(all)
+}
+
+/// The file's tokens as text, without docs and tests.
+fn tokens(path: &Path) -> Result<String, Failure> {
+    let text = fs::read_to_string(path)?;
+    let mut file = syn::parse_file(&text).map_err(|e| format!("{}: {e}", path.display()))?;
+    Strip.visit_file_mut(&mut file);
+    Ok(undocumented(file.into_token_stream()).to_string())
+}
+
+/// Drops items under `#[cfg(test)]`.
+struct Strip;
+impl VisitMut for Strip {
+    fn visit_file_mut(&mut self, file: &mut syn::File) {
+        file.items.retain(|item| !is_test(item));
+        syn::visit_mut::visit_file_mut(self, file);
+    }
+    fn visit_item_mod_mut(&mut self, module: &mut syn::ItemMod) {
+        if let Some((_, items)) = &mut module.content {
+            items.retain(|item| !is_test(item));
+        }
+        syn::visit_mut::visit_item_mod_mut(self, module);
+    }
+}
+
+fn is_test(item: &syn::Item) -> bool {
+    let attributes = match item {
+        syn::Item::Mod(i) => &i.attrs,
+        syn::Item::Fn(i) => &i.attrs,
+        syn::Item::Use(i) => &i.attrs,
+        syn::Item::Impl(i) => &i.attrs,
+        syn::Item::Const(i) => &i.attrs,
+        _ => return false,
+    };
+    attributes.iter().any(|a| a.path().is_ident("cfg") && a.meta.to_token_stream().to_string().replace(' ', "") == "cfg(test)")
+}
+
+/// Drops `#[doc = ...]` everywhere, macro bodies included: documentation comments are such attributes.
+fn undocumented(stream: TokenStream) -> TokenStream {
+    let mut kept: Vec<TokenTree> = Vec::new();
+    for tree in stream {
+        let TokenTree::Group(group) = tree else {
+            kept.push(tree);
+            continue;
+        };
+        let first = group.stream().into_iter().next();
+        let doc = matches!(first, Some(TokenTree::Ident(ref i)) if i == "doc") && group.delimiter() == proc_macro2::Delimiter::Bracket;
+        if doc {
+            while matches!(kept.last(), Some(TokenTree::Punct(p)) if matches!(p.as_char(), '#' | '!')) {
+                kept.pop();
+            }
+        } else {
+            kept.push(TokenTree::Group(proc_macro2::Group::new(group.delimiter(), undocumented(group.stream()))));
+        }
+    }
+    kept.into_iter().collect()
+}

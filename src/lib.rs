@@ -1,1 +1,45 @@
-//! Code map.
+//! # The code map
+//!
+//! `hvi-flow` runs a study of hypervelocity impact as a graph of cached computations. A pipeline file (TOML) names steps;
+//! each uses a *stage*, a pure function from parameters and inputs to one *artifact*; a sweep makes one *node* a point;
+//! each node's result is kept in the *store* under the digest of its *recipe*.
+//!
+//! ```text
+//! pipelines/*.toml --pipeline--> Pipeline --plan--> Plan --execute--> Report --outputs--> out/NAME/report.html
+//!                                                    |        |
+//!                                             registry        cache/ (store)
+//!                                                    |
+//!                stages/: md -> eos -> validate, impact -> radiograph, empirical   (kit: what each is made of)
+//! ```
+//!
+//! | file | what |
+//! |---|---|
+//! | `cli.rs` | commands and exit codes |
+//! | `pipeline.rs`, `value.rs`, `sweep.rs` | the pipeline file as written, with places for messages |
+//! | `plan.rs` | references resolved, ports matched, parameters checked, order |
+//! | `registry.rs` | every stage, and the digest of its code (`build.rs` makes it) |
+//! | `execute.rs` | lookup, workers, failures, cancel |
+//! | `events.rs`, `console.rs` | what happens, and how it is shown |
+//! | `outputs.rs`, `report.rs`, `report.html`, `figure.rs`, `hdf5_table.rs` | what people get: page, CSV, SVG, PNG, HDF5 |
+//! | `mistake.rs` | wrong input, shown with line and mark |
+//!
+//! Invariants: `src/` has no formula; a stage sees no file, clock or environment, and its answer has the same bits for any
+//! number of threads; `cache/` decodes nothing; the plan is complete before the first stage runs; everything a result may
+//! depend on is in its recipe, and nothing else is.
+//!
+//! Glossary: *step*, a `[step.NAME]` of a pipeline; *point*, one combination of a step's sweep; *node*, one computation;
+//! *port*, a named input of a stage; *recipe*, what identifies a computation; *record*, what came of it.
+pub mod cli;
+pub mod console;
+pub mod events;
+pub mod execute;
+pub mod figure;
+pub mod hdf5_table;
+pub mod mistake;
+pub mod outputs;
+pub mod pipeline;
+pub mod plan;
+pub mod registry;
+pub mod report;
+pub mod sweep;
+pub mod value;

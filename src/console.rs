@@ -1,0 +1,178 @@
+//! The only door to the screen while a study runs: bars on a terminal, plain lines elsewhere, JSON lines on request.
+use crate::events::{Event, Listener};
+use crate::plan::{NodeId, Plan};
+use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
+use std::collections::BTreeMap;
+use std::io::{IsTerminal, Write};
+use std::sync::Mutex;
+use std::time::Instant;
+
+/// How to show a run.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Mode {
+    /// Bars that move.
+    Bars,
+    /// A line where something happens.
+    Plain,
+    /// A JSON object a line on standard output.
+    Json,
+    /// Failures only.
+    Quiet,
+}
+
+impl Mode {
+    /// Bars where standard error is a terminal, else lines.
+    pub fn detect() -> Mode {
+        if std::io::stderr().is_terminal() { Mode::Bars } else { Mode::Plain }
+    }
+}
+
+/// Shows a run.
+pub struct Console {
+    mode: Mode,
+    inner: Mutex<Inner>,
+}
+
+struct Inner {
+    started: Instant,
+    bars: MultiProgress,
+    total: ProgressBar,
+    running: BTreeMap<NodeId, (ProgressBar, f64)>,
+    /// Nodes settled, predicted core-seconds settled without and with work, wall seconds of the work.
+    settled: usize,
+    hits: usize,
+    open_cost: f64,
+    worked_cost: f64,
+    worked_seconds: f64,
+    jobs: usize,
+    last_line: Instant,
+}
+
+impl Console {
+    /// A console for a run of `plan` with `jobs` workers.
+    pub fn new(mode: Mode, plan: &Plan, jobs: usize) -> Console {
+        let bars = MultiProgress::new();
+        if mode != Mode::Bars {
+            bars.set_draw_target(indicatif::ProgressDrawTarget::hidden());
+        }
+        let total = bars.add(ProgressBar::new(plan.nodes.len() as u64));
+        total.set_style(style("{bar:32} {pos}/{len} results  {elapsed}  {msg}"));
+        let now = Instant::now();
+        let inner = Inner {
+            started: now, bars, total, running: BTreeMap::new(), settled: 0, hits: 0,
+            open_cost: plan.nodes.iter().map(|n| n.cost).sum(), worked_cost: 0.0, worked_seconds: 0.0, jobs, last_line: now,
+        };
+        Console { mode, inner: Mutex::new(inner) }
+    }
+
+    /// Clears the bars.
+    pub fn finish(&self) {
+        if let Ok(inner) = self.inner.lock() {
+            inner.total.finish_and_clear();
+        }
+    }
+}
+
+fn style(template: &str) -> ProgressStyle {
+    ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
+}
+
+impl Inner {
+    /// Wall seconds left: predicted core-seconds that are open, scaled by how the predictions did so far.
+    fn left(&self) -> f64 {
+        let scale = if self.worked_cost > 0.0 { self.worked_seconds / self.worked_cost } else { 1.0 };
+        let underway: f64 = self.running.values().map(|(_, done_cost)| done_cost).sum();
+        (self.open_cost - underway).max(0.0) * scale / self.jobs as f64
+    }
+
+    fn note(&mut self, plan: &Plan, event: &Event) {
+        let id = event.node();
+        let cost = plan.nodes[id].cost;
+        match event {
+            Event::Started { .. } => {
+                let bar = self.bars.add(ProgressBar::new(1000));
+                bar.set_style(style("  {bar:20} {msg}"));
+                bar.set_message(plan.label(id));
+                self.running.insert(id, (bar, 0.0));
+            }
+            Event::Progress { share, doing, .. } => {
+                if let Some((bar, done)) = self.running.get_mut(&id) {
+                    bar.set_position((share * 1000.0) as u64);
+                    bar.set_message(format!("{}: {doing}", plan.label(id)));
+                    *done = share * cost;
+                }
+            }
+            Event::Hit { .. } | Event::Ran { .. } | Event::Failed { .. } | Event::Skipped { .. } | Event::Cancelled { .. } => {
+                if let Some((bar, _)) = self.running.remove(&id) {
+                    bar.finish_and_clear();
+                    self.bars.remove(&bar);
+                }
+                self.settled += 1;
+                self.hits += usize::from(matches!(event, Event::Hit { .. }));
+                self.open_cost -= cost;
+                if let Event::Ran { seconds, .. } = event {
+                    self.worked_cost += cost;
+                    self.worked_seconds += seconds;
+                }
+                self.total.set_position(self.settled as u64);
+            }
+        }
+        self.total.set_message(format!("about {} left", duration(self.left())));
+    }
+
+    fn line(&mut self, plan: &Plan, event: &Event) -> Option<String> {
+        let label = plan.label(event.node());
+        let text = match event {
+            Event::Failed { why, .. } => return Some(format!("FAILED {label}: {why}")),
+            Event::Ran { seconds, .. } if *seconds >= 1.0 => format!("ran {label} in {}", duration(*seconds)),
+            Event::Ran { .. } | Event::Progress { .. } if self.last_line.elapsed().as_secs() >= 5 => match event {
+                Event::Progress { share, doing, .. } => format!("{label}: {:.0} %, {doing}", share * 100.0),
+                _ => format!("ran {label}"),
+            },
+            _ => return None,
+        };
+        self.last_line = Instant::now();
+        let (settled, all) = (self.settled, plan.nodes.len());
+        Some(format!("[{settled}/{all}, {}, {} left] {text}", duration(self.started.elapsed().as_secs_f64()), duration(self.left())))
+    }
+}
+
+impl Listener for Console {
+    fn on(&self, plan: &Plan, event: &Event) {
+        let Ok(mut inner) = self.inner.lock() else { return };
+        inner.note(plan, event);
+        match self.mode {
+            Mode::Json => {
+                let mut json = serde_json::to_value(event).unwrap_or_default();
+                json["node"] = plan.label(event.node()).into();
+                let _ = writeln!(std::io::stdout(), "{json}");
+            }
+            Mode::Bars => {
+                if let Event::Failed { why, .. } = event {
+                    let _ = inner.bars.println(format!("FAILED {}: {why}", plan.label(event.node())));
+                }
+            }
+            Mode::Plain => {
+                if let Some(line) = inner.line(plan, event) {
+                    let _ = writeln!(std::io::stderr(), "{line}");
+                }
+            }
+            Mode::Quiet => {
+                if let Event::Failed { why, .. } = event {
+                    let _ = writeln!(std::io::stderr(), "FAILED {}: {why}", plan.label(event.node()));
+                }
+            }
+        }
+    }
+}
+
+/// `4.2 s`, `3 min 12 s`, `2 h 5 min`.
+pub fn duration(seconds: f64) -> String {
+    let whole = seconds.round() as u64;
+    match whole {
+        _ if seconds < 10.0 => format!("{seconds:.1} s"),
+        0..60 => format!("{whole} s"),
+        60..3600 => format!("{} min {} s", whole / 60, whole % 60),
+        _ => format!("{} h {} min", whole / 3600, whole % 3600 / 60),
+    }
+}

@@ -1,0 +1,236 @@
+//! A pipeline file as written: TOML -> steps with their sweeps, `include`, `--set` and `[material.NAME]` applied.
+use crate::mistake::{At, Mistake, Source};
+use crate::registry;
+use crate::sweep::{self, Point};
+use crate::value::{self, Key, Node, Table, Value};
+use hvi_kit::StageDef;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+
+/// A pipeline: what to run, before references are resolved.
+pub struct Pipeline {
+    /// File it was read from.
+    pub path: PathBuf,
+    /// Name of the study: the file's stem.
+    pub name: String,
+    /// The comment lines that open the file: question, sources, expected time.
+    pub question: String,
+    /// Steps in the order written, included ones first.
+    pub steps: Vec<Step>,
+    /// Resources; they never enter a key.
+    pub settings: Settings,
+}
+
+/// `[run]`.
+#[derive(Clone, Debug, Default)]
+pub struct Settings {
+    /// Nodes that run at once.
+    pub jobs: Option<usize>,
+}
+
+/// One `[step.NAME]`.
+pub struct Step {
+    /// Its name.
+    pub name: String,
+    /// Where the name is written.
+    pub at: At,
+    /// Folder that its relative file names start from.
+    pub folder: PathBuf,
+    /// What it uses.
+    pub stage: &'static StageDef,
+    /// Its keys but `use` and the sweep.
+    pub params: Table,
+    /// Its points; one empty one without a sweep.
+    pub points: Vec<Point>,
+}
+
+/// Files that include files that include files.
+const DEEPEST: usize = 16;
+
+/// Reads a pipeline file, with `--set step.key=value` applied.
+///
+/// # Errors
+/// [`Mistake`] with the file, the line and the text marked.
+pub fn read(path: &Path, settings: &[String]) -> Result<Pipeline, Mistake> {
+    let mut raw = Raw::default();
+    raw.read(path, None, 0)?;
+    for setting in settings {
+        raw.set(setting)?;
+    }
+    let steps = std::mem::take(&mut raw.steps).into_iter().map(|step| raw.step(step)).collect::<Result<Vec<_>, _>>()?;
+    if steps.is_empty() {
+        return Err(Mistake::new(format!("{} has no [step.NAME]: there is nothing to run", path.display())));
+    }
+    let name = path.file_stem().map_or_else(|| "study".into(), |s| s.to_string_lossy().into_owned());
+    Ok(Pipeline { path: path.into(), name, question: raw.question, steps, settings: raw.settings })
+}
+
+#[derive(Default)]
+struct Raw {
+    steps: Vec<RawStep>,
+    materials: Vec<(Key, Value)>,
+    settings: Settings,
+    question: String,
+}
+
+struct RawStep {
+    key: Key,
+    folder: PathBuf,
+    table: Table,
+}
+
+impl Raw {
+    fn read(&mut self, path: &Path, named: Option<&At>, depth: usize) -> Result<(), Mistake> {
+        let name = path.display().to_string();
+        let text = std::fs::read_to_string(path).map_err(|e| {
+            let mistake = Mistake::new(format!("can't read {name}: {e}"));
+            named.map_or(Mistake::new(format!("can't read {name}: {e}")), |at| mistake.at(at, "named here"))
+        })?;
+        if depth == 0 {
+            let comment = text.lines().take_while(|l| l.starts_with('#')).map(|l| l.trim_start_matches(['#', ' ']));
+            self.question = comment.collect::<Vec<_>>().join("\n");
+        }
+        let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
+        let source = Rc::new(Source { name, text });
+        for (key, value) in value::parse(&source)?.0 {
+            match key.text.as_str() {
+                "include" => self.include(&value, &folder, depth)?,
+                "step" => {
+                    for (key, value) in value.table("[step.NAME]")?.0.iter().cloned() {
+                        self.add_step(key, value, &folder)?;
+                    }
+                }
+                "material" => {
+                    let table = value.table("[material.NAME]")?.0.clone();
+                    self.materials.extend(table);
+                }
+                "run" => self.run(value.table("[run]")?)?,
+                other => {
+                    let mistake = Mistake::new(format!("unknown table or key `{other}`")).at(&key.at, "not known here");
+                    return Err(mistake.nearest(other, ["step", "include", "material", "run"]));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn include(&mut self, value: &Value, folder: &Path, depth: usize) -> Result<(), Mistake> {
+        let Node::List(items) = &value.node else {
+            return Err(Mistake::new("expected a list of files: include = [\"common.toml\"]").at(&value.at, value.kind()));
+        };
+        if depth == DEEPEST {
+            return Err(Mistake::new("files include each other without end").at(&value.at, "here"));
+        }
+        items.iter().try_for_each(|v| self.read(&folder.join(v.text("a file name")?), Some(&v.at), depth + 1))
+    }
+
+    fn add_step(&mut self, key: Key, value: Value, folder: &Path) -> Result<(), Mistake> {
+        let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-');
+        if key.text.is_empty() || !key.text.chars().all(plain) {
+            let title = format!("`{}` is no name for a step", key.text);
+            return Err(Mistake::new(title).at(&key.at, "use letters, digits, `_` and `-`"));
+        }
+        if self.steps.iter().any(|s| s.key.text == key.text) {
+            return Err(Mistake::new(format!("step `{}` is there already", key.text)).at(&key.at, "the second one"));
+        }
+        let table = value.table("a table: [step.NAME]")?.clone();
+        self.steps.push(RawStep { key, folder: folder.into(), table });
+        Ok(())
+    }
+
+    fn run(&mut self, table: &Table) -> Result<(), Mistake> {
+        for (key, value) in &table.0 {
+            match (key.text.as_str(), &value.node) {
+                ("jobs", Node::Integer(n)) if (1..=4096).contains(n) => self.settings.jobs = Some(*n as usize),
+                ("jobs", _) => return Err(Mistake::new("`jobs` is a whole number, 1 to 4096").at(&value.at, "here")),
+                (other, _) => {
+                    let mistake = Mistake::new(format!("unknown key `{other}` in [run]")).at(&key.at, "not known here");
+                    return Err(mistake.nearest(other, ["jobs"]));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Applies `--set step.key=value`; the value is TOML, or else taken as text.
+    fn set(&mut self, setting: &str) -> Result<(), Mistake> {
+        let wrong = |why: String| Mistake::new(format!("--set {setting}: {why}")).help("write --set STEP.KEY=VALUE");
+        let (path, text) = setting.split_once('=').ok_or_else(|| wrong("it has no `=`".into()))?;
+        let (step, key) = path.trim().split_once('.').ok_or_else(|| wrong("it names no key of a step".into()))?;
+        let toml = format!("value = {}", text.trim());
+        let source = |text| Rc::new(Source { name: "--set".into(), text });
+        let mut table = value::parse(&source(toml))
+            .or_else(|_| value::parse(&source(format!("value = {:?}", text.trim()))))
+            .map_err(|_| wrong("its value can't be read".into()))?;
+        let (_, value) = table.take("value").ok_or_else(|| wrong("it has no value".into()))?;
+        let names: Vec<_> = self.steps.iter().map(|s| s.key.text.clone()).collect();
+        let Some(raw) = self.steps.iter_mut().find(|s| s.key.text == step) else {
+            return Err(wrong(format!("there is no step `{step}`")).nearest(step, names.iter().map(String::as_str)));
+        };
+        let key = Key { text: key.into(), at: value.at.clone() };
+        let swept = raw.table.get("sweep").and_then(|v| v.table("").ok().cloned()).unwrap_or_default();
+        if swept.get(&key.text).is_some() {
+            return Err(wrong(format!("`{}` is swept", key.text)).help(format!("set {step}.sweep.{}=[...] instead", key.text)));
+        }
+        raw.table.set(&key, value)
+    }
+
+    fn step(&self, mut raw: RawStep) -> Result<Step, Mistake> {
+        let name = raw.key.text;
+        let Some((_, stage)) = raw.table.take("use") else {
+            let mistake = Mistake::new(format!("step `{name}` doesn't say which stage it uses"));
+            return Err(mistake.at(&raw.key.at, "add use = \"STAGE\"").help(format!("stages: {}", stage_names().join(", "))));
+        };
+        let wanted = stage.text("the name of a stage")?;
+        let Some(def) = registry::stage(wanted) else {
+            let mistake = Mistake::new(format!("unknown stage `{wanted}`")).at(&stage.at, "no such stage");
+            return Err(mistake.nearest(wanted, stage_names()));
+        };
+        let points = sweep::expand(&mut raw.table)?;
+        let substitute = |mut v: Value| {
+            self.materials(&mut v);
+            v
+        };
+        let params = Table(raw.table.0.into_iter().map(|(k, v)| (k.clone(), self.material(&k, substitute(v)))).collect());
+        let points = points.into_iter().map(|p| {
+            p.into_iter().map(|(k, v)| (k.clone(), self.material(&k, substitute(v)))).collect()
+        });
+        let points = points.collect();
+        Ok(Step { name, at: raw.key.at, folder: raw.folder, stage: def, params, points })
+    }
+
+    /// Where a key `material` names a `[material.NAME]`, puts that table in its place.
+    fn materials(&self, value: &mut Value) {
+        match &mut value.node {
+            Node::Table(t) => {
+                for (k, v) in &mut t.0 {
+                    self.materials(v);
+                    *v = self.material(k, v.clone());
+                }
+            }
+            Node::List(items) => items.iter_mut().for_each(|v| self.materials(v)),
+            _ => {}
+        }
+    }
+
+    fn material(&self, key: &Key, value: Value) -> Value {
+        let is_material = key.text.rsplit('.').next() == Some("material");
+        let named = match &value.node {
+            Node::Text(name) if is_material => self.materials.iter().find(|(k, _)| k.text == *name),
+            _ => None,
+        };
+        let Some((name, table)) = named else { return value };
+        let mut table = table.clone();
+        if let Node::Table(t) = &mut table.node
+            && t.get("name").is_none()
+        {
+            let text = Value { node: Node::Text(name.text.clone()), at: name.at.clone() };
+            t.0.push((Key { text: "name".into(), at: name.at.clone() }, text));
+        }
+        table
+    }
+}
+
+fn stage_names() -> Vec<&'static str> {
+    registry::STAGES.iter().map(|s| s.name).collect()
+}

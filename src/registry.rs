@@ -1,0 +1,20 @@
+//! Every stage, in the order of the chain: the one place to add one.
+use hvi_kit::StageDef;
+
+/// All stages.
+pub static STAGES: &[StageDef] = &[
+];
+
+/// The stage called `name`.
+pub fn stage(name: &str) -> Option<&'static StageDef> {
+    STAGES.iter().find(|s| s.name == name)
+}
+
+/// Digest of the code behind `stage`: see `src/build.rs`.
+pub fn code(stage: &StageDef) -> hvi_kit::Digest {
+    let name = (stage.type_name)().split("::").next().unwrap_or_default();
+    let known = CODE.iter().find(|(krate, _)| *krate == name);
+    known.and_then(|(_, hex)| hex.parse().ok()).expect("the build script lists every stage's crate")
+}
+
+include!(concat!(env!("OUT_DIR"), "/code.rs"));

@@ -1,0 +1,50 @@
+//! Wrong input: every file of `tests/bad` says in its first lines what must be said of it.
+use super::project::Project;
+use std::path::Path;
+
+#[test]
+fn every_bad_pipeline_is_refused_with_the_place_and_what_was_expected() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/bad");
+    let mut count = 0;
+    for entry in std::fs::read_dir(&folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_none_or(|e| e != "toml") {
+            continue;
+        }
+        count += 1;
+        let text = std::fs::read_to_string(&path).unwrap();
+        let project = Project::new(&text);
+        let said = project.run();
+        let name = path.file_name().unwrap().to_string_lossy();
+        assert_eq!(said.code, 2, "{name}: {}", said.err);
+        let expected: Vec<_> = text.lines().filter_map(|l| l.strip_prefix("# expect: ")).collect();
+        assert!(!expected.is_empty(), "{name} expects nothing");
+        for part in expected {
+            assert!(said.err.contains(part), "{name}: expected {part:?} in\n{}", said.err);
+        }
+        assert!(project.files("out").is_empty() && project.files("store/results").is_empty(), "{name}: something ran");
+        assert!(!said.err.contains("panicked"), "{name}: {}", said.err);
+    }
+    assert!(count >= 20, "{count} bad pipelines");
+}
+
+#[test]
+fn a_file_that_is_not_there_is_named() {
+    let project = Project::new("");
+    let said = project.hvi(&["run", "absent.toml"]);
+    assert_eq!(said.code, 2);
+    assert!(said.err.contains("can't read absent.toml"), "{}", said.err);
+}
+
+#[test]
+fn settings_that_fit_nothing_are_named() {
+    let project = Project::new("[step.a]\nuse = \"eos.handbook\"\nset = \"copper-royce\"\n");
+    for (setting, part) in
+        [("b.set=1", "there is no step `b`"), ("a", "names no key"), ("a.set", "has no `=`"), ("a.sets=\"x\"", "unknown key `sets`")]
+    {
+        let said = project.hvi(&["run", "study.toml", "--set", setting]);
+        assert_eq!(said.code, 2, "{setting}: {}", said.err);
+        assert!(said.err.contains(part), "{setting}: {}", said.err);
+    }
+    assert_eq!(project.hvi(&["run", "study.toml", "--set", "a.set=aluminium-paper"]).code, 0);
+}
