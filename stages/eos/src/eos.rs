@@ -1,5 +1,5 @@
 //! The one interface to every equation of state: a closed enum, and what it answers.
-use crate::model::{ideal_gas::IdealGas, mie_gruneisen::MieGruneisen};
+use crate::model::{gray::Gray, ideal_gas::IdealGas, mie_gruneisen::MieGruneisen};
 use serde::{Deserialize, Serialize};
 
 /// Regimes of matter; `phase as u8` is the code that particles carry.
@@ -44,6 +44,8 @@ pub struct EosError {
 /// An equation of state.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Eos {
+    /// Royce's three-phase GRAY.
+    Gray(Gray),
     /// Mie-Grueneisen on the linear Us-up Hugoniot.
     MieGruneisen(MieGruneisen),
     /// Gas of constant gamma.
@@ -53,6 +55,7 @@ pub enum Eos {
 macro_rules! each {
     ($eos:expr, $model:ident => $answer:expr) => {
         match $eos {
+            Eos::Gray($model) => $answer,
             Eos::MieGruneisen($model) => $answer,
             Eos::IdealGas($model) => $answer,
         }
@@ -63,6 +66,7 @@ impl Eos {
     /// Name for people.
     pub fn name(&self) -> &'static str {
         match self {
+            Eos::Gray(_) => "GRAY",
             Eos::MieGruneisen(_) => "Mie-Grueneisen",
             Eos::IdealGas(_) => "ideal gas",
         }
@@ -91,8 +95,9 @@ impl Eos {
         self.point(volume, self.energy_at(volume, temperature)).pressure
     }
     /// Melting temperature [K] at specific `volume` [m3/kg]; `None` where the model knows no melting.
-    pub fn melting_temperature(&self, _volume: f64) -> Option<f64> {
+    pub fn melting_temperature(&self, volume: f64) -> Option<f64> {
         match self {
+            Eos::Gray(m) => Some(m.melting_temperature(volume)),
             Eos::MieGruneisen(_) | Eos::IdealGas(_) => None,
         }
     }
@@ -103,6 +108,7 @@ impl Eos {
     /// Evaluated at the volume with the void, the falling T_m(V) would melt matter that was never heated.
     pub fn relaxed_volume(&self, volume: f64, energy: f64) -> f64 {
         match self {
+            Eos::Gray(m) => m.relaxed_volume(volume, energy),
             Eos::MieGruneisen(m) => m.relaxed_volume(volume, energy),
             Eos::IdealGas(_) => volume,
         }

@@ -5,9 +5,11 @@
 //! state (V0, T0) of the metals.
 pub mod curve;
 mod eos;
+pub mod handbook;
 pub mod model;
 mod result;
 pub use eos::{Eos, EosError, Phase, Point};
+pub use model::gray::Gray;
 pub use model::ideal_gas::IdealGas;
 pub use model::mie_gruneisen::MieGruneisen;
 pub use result::EosResult;

@@ -1,4 +1,5 @@
 //! Models, one file each.
+pub mod gray;
 pub mod ideal_gas;
 pub mod mie_gruneisen;
 pub mod table;
