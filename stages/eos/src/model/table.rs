@@ -11,7 +11,6 @@ pub struct Table<const N: usize> {
     start: f64,
     step: f64,
     per_step: f64,
-    last: f64,
     /// `[interval][function][power]` of the local coordinate 0..1.
     pieces: Vec<[[f64; 6]; N]>,
 }
@@ -21,16 +20,17 @@ impl<const N: usize> Table<N> {
     pub fn new(start: f64, step: f64, nodes: &[[Jet; N]]) -> Self {
         let pieces: Vec<_> =
             nodes.windows(2).map(|ends| std::array::from_fn(|k| quintic(ends[0][k], ends[1][k], step))).collect();
-        Self { start, step, per_step: 1.0 / step, last: (pieces.len() - 1) as f64, pieces }
+        Self { start, step, per_step: 1.0 / step, pieces }
     }
 
     /// The functions at `u`, clamped to the table's range.
     #[inline]
     pub fn at(&self, u: f64) -> [Jet; N] {
+        // `as` truncates and saturates: positions below 0 land in the first interval, NaN too.
         let position = (u - self.start) * self.per_step;
-        let interval = position.floor().max(0.0).min(self.last);
-        let s = (position - interval).max(0.0).min(1.0);
-        let piece = &self.pieces[interval as usize];
+        let interval = (position as usize).min(self.pieces.len() - 1);
+        let s = (position - interval as f64).max(0.0).min(1.0);
+        let piece = &self.pieces[interval];
         std::array::from_fn(|k| jet(&piece[k], s, self.per_step))
     }
 

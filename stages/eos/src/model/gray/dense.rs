@@ -25,8 +25,27 @@ pub(super) struct Local {
     g: f64,
 }
 
+/// A regime at one volume, with what the melting band needs.
+pub(super) enum Regime {
+    Solid,
+    Melting(Band),
+    Liquid,
+    HotLiquid,
+}
+impl Regime {
+    #[inline]
+    pub fn phase(&self) -> Phase {
+        match self {
+            Regime::Solid => Phase::Solid,
+            Regime::Melting(_) => Phase::Melting,
+            Regime::Liquid => Phase::Liquid,
+            Regime::HotLiquid => Phase::HotLiquid,
+        }
+    }
+}
+
 /// The melting band at one volume: its width w [J/kg], dw/dV, d2w/dV2, and its ends in T/T_m.
-struct Band {
+pub(super) struct Band {
     w: f64,
     dw: f64,
     ddw: f64,
@@ -132,27 +151,27 @@ impl Local {
 
     /// Temperature [K] and regime at `energy`; T = 0 below the cold curve.
     #[inline]
-    pub fn temperature(&self, p: &Parameters, k: &Constants, energy: f64) -> (f64, Phase) {
+    pub fn temperature(&self, p: &Parameters, k: &Constants, energy: f64) -> (f64, Regime) {
         let solid = root(0.5 * self.g, k.heat, energy - self.e0);
         if solid < k.surely_solid * self.tm {
-            return (solid, Phase::Solid);
+            return (solid, Regime::Solid);
         }
         let hot = root(0.5 * self.g, k.heat - k.hot_slope, energy - self.e0 - self.tm * k.hot_offset);
         if hot > k.hot_ratio * self.tm {
-            return (hot, Phase::HotLiquid);
+            return (hot, Regime::HotLiquid);
         }
         let offset = self.tm * (k.entropy - 0.5 * k.alpha);
         let liquid = root(0.5 * (self.g - k.alpha / self.tm), k.heat, energy - self.e0 - offset);
         if liquid > k.surely_liquid * self.tm {
-            return (liquid, Phase::Liquid);
+            return (liquid, Regime::Liquid);
         }
         let band = self.band(p, k);
         if solid <= band.start * self.tm {
-            (solid, Phase::Solid)
+            (solid, Regime::Solid)
         } else if liquid >= band.end * self.tm {
-            (liquid, Phase::Liquid)
+            (liquid, Regime::Liquid)
         } else {
-            (self.band_temperature(k, &band, energy), Phase::Melting)
+            (self.band_temperature(k, &band, energy), Regime::Melting(band))
         }
     }
 
@@ -169,9 +188,11 @@ impl Local {
             } else {
                 low = t
             }
-            let next = t - off / heat;
-            let next = if next >= low && next <= high { next } else { 0.5 * (low + high) };
-            if (next - t).abs() <= 2e-16 * t {
+            let newton = t - off / heat;
+            let inside = newton >= low && newton <= high;
+            let next = if inside { newton } else { 0.5 * (low + high) };
+            // Newton squares the relative error, so after a step this small nothing but rounding is left.
+            if (next - t).abs() <= 1e-10 * t {
                 return next;
             }
             t = next;
@@ -180,20 +201,20 @@ impl Local {
     }
 
     /// Regime at temperature `t`.
-    pub fn phase(&self, p: &Parameters, k: &Constants, t: f64) -> Phase {
+    pub fn regime(&self, p: &Parameters, k: &Constants, t: f64) -> Regime {
         if t < k.surely_solid * self.tm {
-            return Phase::Solid;
+            return Regime::Solid;
         }
         if t > k.hot_ratio * self.tm {
-            return Phase::HotLiquid;
+            return Regime::HotLiquid;
         }
         let band = self.band(p, k);
         if t <= band.start * self.tm {
-            Phase::Solid
+            Regime::Solid
         } else if t >= band.end * self.tm {
-            Phase::Liquid
+            Regime::Liquid
         } else {
-            Phase::Melting
+            Regime::Melting(band)
         }
     }
 
@@ -203,9 +224,9 @@ impl Local {
         (band.start * self.tm, band.end * self.tm)
     }
 
-    /// Everything at temperature `t` in the regime `phase`.
+    /// Everything at temperature `t` in `regime`.
     #[inline]
-    pub fn answer(&self, p: &Parameters, k: &Constants, t: f64, phase: Phase) -> Answer {
+    pub fn answer(&self, p: &Parameters, k: &Constants, t: f64, regime: &Regime) -> Answer {
         let per_v = 1.0 / self.v;
         let gamma_v = self.gamma * per_v;
         let dgamma = p.gruneisen_slope / p.volume;
@@ -220,11 +241,11 @@ impl Local {
                 + 0.5 * (p.electronic_gruneisen - 1.0) * electrons * per_v * t * t,
             liquid: 0.0,
         };
-        match phase {
-            Phase::Solid => {}
-            Phase::Melting => self.add_band(p, k, t, &mut answer),
-            Phase::Liquid | Phase::HotLiquid | Phase::Vapour => {
-                let excess = self.excess(k, t, phase == Phase::HotLiquid);
+        match regime {
+            Regime::Solid => {}
+            Regime::Melting(band) => self.add_band(p, k, band, t, &mut answer),
+            Regime::Liquid | Regime::HotLiquid => {
+                let excess = self.excess(k, t, matches!(regime, Regime::HotLiquid));
                 self.add_liquid(p, t, 1.0, &excess, &mut answer);
                 answer.liquid = 1.0;
             }
@@ -246,9 +267,8 @@ impl Local {
     }
 
     /// Adds the band: the liquid's excess by its share, the mixing term, and the motion of the share with T and V.
-    fn add_band(&self, p: &Parameters, k: &Constants, t: f64, answer: &mut Answer) {
-        let band = self.band(p, k);
-        let share = self.share(k, &band, t).clamp(0.0, 1.0);
+    fn add_band(&self, p: &Parameters, k: &Constants, band: &Band, t: f64, answer: &mut Answer) {
+        let share = self.share(k, band, t).clamp(0.0, 1.0);
         let excess = self.excess(k, t, false);
         self.add_liquid(p, t, share, &excess, answer);
         let (mixed, lean) = (share * (1.0 - share), 0.5 * (1.0 - 2.0 * share));

@@ -14,7 +14,7 @@ pub use parameters::{GAS_CONSTANT, Parameters};
 
 use super::table::Table;
 use crate::{EosError, Phase, Point};
-use dense::Local;
+use dense::{Local, Regime};
 use parameters::wrong;
 use serde::{Deserialize, Serialize};
 use vapour::{Join, Vapour};
@@ -100,7 +100,7 @@ impl Gray {
         let p = &parameters;
         let table = cold::table(p);
         let mut constants = Constants::new(p, table.range().0);
-        let end = Local::at(p, &table, constants.densest).answer(p, &constants, 0.0, Phase::Solid);
+        let end = Local::at(p, &table, constants.densest).answer(p, &constants, 0.0, &Regime::Solid);
         constants.stiffness = -end.p_v * p.volume;
         let join = join(p, &constants, &table);
         let vapour = Vapour::new(p, &constants, &join);
@@ -144,8 +144,8 @@ impl Gray {
             (self.vapour.answer(p, k, volume, t), t, Phase::Vapour)
         } else {
             let local = self.local(u);
-            let (t, phase) = local.temperature(p, k, energy);
-            (local.answer(p, k, t, phase), t, phase)
+            let (t, regime) = local.temperature(p, k, energy);
+            (local.answer(p, k, t, &regime), t, regime.phase())
         };
         let held = u * p.volume;
         let c2 = answer.sound_speed_squared(held, temperature);
@@ -177,10 +177,10 @@ impl Gray {
             return (self.vapour.answer(p, k, volume, t), Phase::Vapour);
         }
         let local = self.local(u);
-        let phase = local.phase(p, k, t);
-        let mut answer = local.answer(p, k, t, phase);
+        let regime = local.regime(p, k, t);
+        let mut answer = local.answer(p, k, t, &regime);
         answer.pressure += under * k.stiffness;
-        (answer, phase)
+        (answer, regime.phase())
     }
 
     /// Melting temperature T_m [K] at `volume` [m3/kg], by the Lindemann law; held at its value at V_J beyond.
@@ -222,7 +222,7 @@ impl Gray {
         let local = self.local(k.join);
         // Colder matter than the hot liquid is discontinuous at V_J: it must be in tension there, where it is cut anyway.
         let border = k.hot_ratio * local.tm;
-        let pressure = local.answer(p, k, border, Phase::HotLiquid).pressure;
+        let pressure = local.answer(p, k, border, &Regime::HotLiquid).pressure;
         if pressure > 0.0 {
             let why = format!(
                 "is {}: at V_J the hot liquid begins at {border:.0} K with {:.3} GPa; it must still be in tension there: \
@@ -284,8 +284,8 @@ impl Constants {
 /// The hot liquid at V_J as polynomials in temperature, read off at three temperatures' worth of exact coefficients.
 fn join(p: &Parameters, k: &Constants, table: &Table<3>) -> Join {
     let local = Local::at(p, table, k.join);
-    let cold = local.answer(p, k, 0.0, Phase::HotLiquid);
-    let warm = local.answer(p, k, 1.0, Phase::HotLiquid);
+    let cold = local.answer(p, k, 0.0, &Regime::HotLiquid);
+    let warm = local.answer(p, k, 1.0, &Regime::HotLiquid);
     Join {
         volume: p.join_ratio * p.volume,
         energy: [cold.energy, cold.c_v, 0.5 * (warm.c_v - cold.c_v)],
