@@ -1,0 +1,47 @@
+//! Time of one step per atom: `cargo bench -p hvi-md`, or with `-- N` for one size. One core; CPU time, median of 5.
+use hvi_md::lanes::Isa;
+use hvi_md::units::BOLTZMANN;
+use hvi_md::{Chain, Potential, System, Tables, lattice};
+
+fn main() {
+    let sizes: Vec<usize> = std::env::args().skip(1).filter_map(|a| a.parse().ok()).collect();
+    let sizes = if sizes.is_empty() { vec![4, 5, 10] } else { sizes };
+    println!("isa       atoms  V/V0     T  ns/atom/step  rebuilt every");
+    for cells in sizes {
+        for (ratio, temperature) in [(1.0, 300.0), (0.64, 300.0), (1.0, 5000.0), (0.64, 4500.0)] {
+            for isa in Isa::all() {
+                measure(isa, cells, ratio, temperature);
+            }
+        }
+    }
+}
+
+/// One line of the table.
+fn measure(isa: Isa, cells: usize, ratio: f64, temperature: f64) {
+    let potential = Potential::Mishin2001;
+    let edge = lattice::edge(potential, ratio);
+    let sites = lattice::sites(cells, edge);
+    let mut system = System::new(Tables::new(potential), isa, &sites, edge * cells as f64).expect("a crystal");
+    system.heat(2.0 * temperature, 1);
+    let mut chain = Chain::new(BOLTZMANN * temperature, system.freedom(), 0.1);
+    let slow = if isa.name() == "portable" { 20 } else { 1 };
+    let steps = (400_000 / system.atoms() / slow).max(10);
+    let mut run = |steps: usize| (0..steps).for_each(|_| system.advance(0.002, Some(&mut chain)).expect("it runs"));
+    run(steps.max(400));
+    let mut times: Vec<f64> = (0..5)
+        .map(|_| {
+            let start = cpu_time();
+            run(steps);
+            (cpu_time() - start) / (steps * sites.len()) as f64
+        })
+        .collect();
+    times.sort_by(f64::total_cmp);
+    let every = system.steps() as f64 / system.rebuilds() as f64;
+    println!("{:9} {:5}  {ratio:4} {temperature:5}  {:12.1}  {every:6.1} steps", isa.name(), sites.len(), times[2]);
+}
+
+/// CPU time of this thread so far [ns], as Linux counts it.
+fn cpu_time() -> f64 {
+    let text = std::fs::read_to_string("/proc/thread-self/schedstat").expect("Linux counts the time of threads");
+    text.split(' ').next().and_then(|t| t.parse().ok()).expect("its first field is a time")
+}

@@ -1,0 +1,162 @@
+//! Energy, forces and virial of the embedded-atom model, over half neighbour lists in two passes.
+//!
+//! Pass one sums densities and pair energies and keeps phi'/r and f'/r; then each atom is embedded; pass two makes the
+//! forces `-(phi' + (F'_i + F'_j) f') r/|r|` from what was kept.
+use crate::lanes::{Kernel, Lanes};
+use crate::neighbor::List;
+use crate::table::Tables;
+
+/// Energies and forces to be computed. `[atoms + 1]` where the atom past the last is the one that stands nowhere.
+pub struct Forces<'a> {
+    /// The potential.
+    pub tables: &'a Tables,
+    /// Which pairs to look at.
+    pub list: &'a List,
+    /// Edge of the periodic box [angstrom].
+    pub edge: f64,
+    /// x, y, z [angstrom] and, on return, F' [eV]: `[atoms + 1]`.
+    pub position: &'a mut [[f64; 4]],
+    /// Forces [eV/angstrom], last component 0: `[atoms + 1]`.
+    pub force: &'a mut [[f64; 4]],
+    /// Density sums: `[atoms + 1]`.
+    pub density: &'a mut [f64],
+    /// Room for phi'/r and f'/r: one a vector of the list.
+    pub kept: &'a mut [[[f64; 8]; 2]],
+    /// Room for whether any pair of a vector is within the cut-off: one a vector of the list.
+    pub active: &'a mut [bool],
+}
+
+/// What [`Forces`] sums up.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Sums {
+    /// Potential energy [eV].
+    pub energy: f64,
+    /// Sum of r.F over pairs [eV].
+    pub virial: f64,
+    /// Least distance squared of any pair [angstrom2], 1e300 where there is none.
+    pub nearest2: f64,
+    /// First atom whose density is off the table.
+    pub too_dense: Option<usize>,
+}
+
+impl Kernel for Forces<'_> {
+    type Out = Sums;
+    #[inline(always)]
+    fn run<L: Lanes>(mut self, l: L) -> Sums {
+        let (pair_energy, nearest2) = self.densities(l);
+        let (embedding_energy, too_dense) = self.embed();
+        let virial = self.forces(l);
+        Sums { energy: pair_energy + embedding_energy, virial, nearest2, too_dense }
+    }
+}
+
+/// Nearest image of `at - other`, by component, and its square.
+#[inline(always)]
+fn apart<L: Lanes>(l: L, at: [L::F; 3], other: [L::F; 4], [edge, per_edge]: [L::F; 2]) -> ([L::F; 3], L::F) {
+    let (x, y, z) = (l.sub(at[0], other[0]), l.sub(at[1], other[1]), l.sub(at[2], other[2]));
+    let x = l.fnma(l.round(l.mul(x, per_edge)), edge, x);
+    let y = l.fnma(l.round(l.mul(y, per_edge)), edge, y);
+    let z = l.fnma(l.round(l.mul(z, per_edge)), edge, z);
+    ([x, y, z], l.fma(z, z, l.fma(y, y, l.mul(x, x))))
+}
+
+/// phi, phi'/r, f, f'/r of eight distances squared, which are below [`Tables::beyond`].
+#[inline(always)]
+fn look_up<L: Lanes>(l: L, tables: &Tables, r2: L::F) -> [L::F; 4] {
+    let u = l.max(l.mul(l.sub(r2, l.splat(tables.start)), l.splat(tables.scale)), l.splat(0.0));
+    let line = l.floor(u);
+    let t = l.sub(u, line);
+    let c = l.gather_lines(&tables.pair, line);
+    // d/dr2 is half of (1/r) d/dr
+    let (double, t2, t3) = (l.splat(2.0 * tables.scale), l.add(t, t), l.mul(t, l.splat(3.0)));
+    let phi = l.fma(l.fma(l.fma(c[3], t, c[2]), t, c[1]), t, c[0]);
+    let phi_slope = l.mul(l.fma(l.mul(c[3], t3), t, l.fma(c[2], t2, c[1])), double);
+    let f = l.fma(l.fma(l.fma(c[7], t, c[6]), t, c[5]), t, c[4]);
+    let f_slope = l.mul(l.fma(l.mul(c[7], t3), t, l.fma(c[6], t2, c[5])), double);
+    [phi, phi_slope, f, f_slope]
+}
+
+impl Forces<'_> {
+    /// Pass one: density sums; returns the pair energy and the least distance squared.
+    #[inline(always)]
+    fn densities<L: Lanes>(&mut self, l: L) -> (f64, f64) {
+        self.density.fill(0.0);
+        let periodic = [l.splat(self.edge), l.splat(1.0 / self.edge)];
+        let (cutoff2, beyond) = (l.splat(self.tables.cutoff2), l.splat(self.tables.beyond));
+        let (mut energy, mut nearest2) = (l.splat(0.0), l.splat(1e300));
+        for i in 0..self.position.len() - 1 {
+            let [x, y, z, _] = self.position[i];
+            let at = [l.splat(x), l.splat(y), l.splat(z)];
+            let mut sum = l.splat(0.0);
+            for v in self.list.start[i] as usize..self.list.start[i + 1] as usize {
+                let neighbours = &self.list.vectors[v];
+                let (_, r2) = apart(l, at, l.gather(self.position, neighbours), periodic);
+                let active = l.less(r2, cutoff2) != 0;
+                self.active[v] = active;
+                if !active {
+                    continue;
+                }
+                nearest2 = l.min(r2, nearest2);
+                let [phi, phi_slope, f, f_slope] = look_up(l, self.tables, l.min(r2, beyond));
+                l.store(phi_slope, &mut self.kept[v][0]);
+                l.store(f_slope, &mut self.kept[v][1]);
+                energy = l.add(energy, phi);
+                sum = l.add(sum, f);
+                l.scatter_add(self.density, neighbours, f);
+            }
+            self.density[i] += l.sum(sum);
+        }
+        let mut least = [0.0; 8];
+        l.store(nearest2, &mut least);
+        (l.sum(energy), least.into_iter().fold(1e300, |a, b| if b < a { b } else { a }))
+    }
+
+    /// Puts F' of each atom beside its position; returns the embedding energy and the first atom off the table.
+    #[inline(always)]
+    fn embed(&mut self) -> (f64, Option<usize>) {
+        let (mut energy, mut off) = (0.0, None);
+        for i in 0..self.position.len() - 1 {
+            match self.tables.embedding(self.density[i]) {
+                Some(jet) => {
+                    energy += jet.value;
+                    self.position[i][3] = jet.slope;
+                }
+                None => off = off.or(Some(i)),
+            }
+        }
+        (energy, off)
+    }
+
+    /// Pass two: forces; returns the virial.
+    #[inline(always)]
+    fn forces<L: Lanes>(&mut self, l: L) -> f64 {
+        self.force.fill([0.0; 4]);
+        let periodic = [l.splat(self.edge), l.splat(1.0 / self.edge)];
+        let (zero, mut virial) = (l.splat(0.0), l.splat(0.0));
+        for i in 0..self.position.len() - 1 {
+            let [x, y, z, slope] = self.position[i];
+            let at = [l.splat(x), l.splat(y), l.splat(z)];
+            let slope = l.splat(slope);
+            let mut sum = [zero; 3];
+            for v in self.list.start[i] as usize..self.list.start[i + 1] as usize {
+                if !self.active[v] {
+                    continue;
+                }
+                let neighbours = &self.list.vectors[v];
+                let other = l.gather(self.position, neighbours);
+                let (d, r2) = apart(l, at, other, periodic);
+                let (phi_slope, f_slope) = (l.load(&self.kept[v][0]), l.load(&self.kept[v][1]));
+                // what was looked up past the cut-off is exactly 0, and so are these
+                let pull = l.sub(zero, l.fma(l.add(slope, other[3]), f_slope, phi_slope));
+                virial = l.fma(pull, r2, virial);
+                let f = [l.mul(pull, d[0]), l.mul(pull, d[1]), l.mul(pull, d[2])];
+                sum = [l.add(sum[0], f[0]), l.add(sum[1], f[1]), l.add(sum[2], f[2])];
+                l.scatter_sub(self.force, neighbours, f);
+            }
+            for k in 0..3 {
+                self.force[i][k] += l.sum(sum[k]);
+            }
+        }
+        l.sum(virial)
+    }
+}

@@ -1,0 +1,346 @@
+//! The atoms: positions, velocities and forces in a periodic cube, and their motion by velocity Verlet.
+use crate::fault::Fault;
+use crate::force::{Forces, Sums};
+use crate::lanes::{Isa, Kernel, Lanes, run};
+use crate::neighbor::{Build, Cells, List, NOWHERE};
+use crate::random::Random;
+use crate::table::{NEAREST, Tables};
+use crate::thermostat::Chain;
+use crate::units::{ATOMIC_MASS, BOLTZMANN};
+
+/// Widest skin [angstrom]: wider lists are rebuilt more rarely but hold more pairs; see `benches/speed.rs`.
+const SKIN: f64 = 0.8;
+/// Narrowest skin worth having [angstrom].
+pub const LEAST_SKIN: f64 = 0.15;
+
+/// Atoms of one kind in a periodic cube. Units: angstrom, eV, ps. Atoms are re-sorted as they move; `id` tells which is which.
+pub struct System {
+    tables: Tables,
+    isa: Isa,
+    edge: f64,
+    skin: f64,
+    mass: f64,
+    /// x, y, z and F', with the atom that stands nowhere: `[atoms + 1]`.
+    position: Vec<[f64; 4]>,
+    velocity: Vec<[f64; 4]>,
+    /// `[atoms + 1]`
+    force: Vec<[f64; 4]>,
+    /// Where each atom started; moves by whole edges with its atom.
+    site: Vec<[f64; 4]>,
+    /// Positions when the list was built.
+    listed: Vec<[f64; 4]>,
+    id: Vec<u32>,
+    list: List,
+    density: Vec<f64>,
+    kept: Vec<[[f64; 8]; 2]>,
+    active: Vec<bool>,
+    sums: Sums,
+    twice_kinetic: f64,
+    site_virial: f64,
+    step: u64,
+    time: f64,
+    rebuilds: u64,
+}
+
+impl System {
+    /// Atoms at rest at `sites` [angstrom] in a cube of edge `edge` [angstrom].
+    ///
+    /// # Errors
+    /// [`Fault`] where the box is too small for the potential, or the sites are off the potential's tables.
+    pub fn new(tables: Tables, isa: Isa, sites: &[[f64; 3]], edge: f64) -> Result<System, Fault> {
+        let (n, cutoff) = (sites.len(), tables.potential.cutoff());
+        let skin = SKIN.min(0.5 * edge - cutoff);
+        if !(skin >= LEAST_SKIN) {
+            return Err(Fault::Small { edge, needed: 2.0 * (cutoff + LEAST_SKIN) });
+        }
+        let mut position: Vec<[f64; 4]> = sites.iter().map(|s| [s[0], s[1], s[2], 0.0]).collect();
+        position.push(NOWHERE);
+        let mut system = System {
+            mass: tables.potential.molar_mass() * ATOMIC_MASS,
+            tables,
+            isa,
+            edge,
+            skin,
+            site: position[..n].to_vec(),
+            listed: Vec::new(),
+            position,
+            velocity: vec![[0.0; 4]; n],
+            force: vec![[0.0; 4]; n + 1],
+            id: (0..n as u32).collect(),
+            list: List::default(),
+            density: vec![0.0; n + 1],
+            kept: Vec::new(),
+            active: Vec::new(),
+            sums: Sums::default(),
+            twice_kinetic: 0.0,
+            site_virial: 0.0,
+            step: 0,
+            time: 0.0,
+            rebuilds: 0,
+        };
+        system.rebuild();
+        system.act()?;
+        Ok(system)
+    }
+
+    /// Number of atoms.
+    pub fn atoms(&self) -> usize {
+        self.velocity.len()
+    }
+    /// Degrees of freedom: the centre of mass is at rest.
+    pub fn freedom(&self) -> f64 {
+        3.0 * (self.atoms() as f64 - 1.0)
+    }
+    /// Volume [angstrom3].
+    pub fn volume(&self) -> f64 {
+        self.edge * self.edge * self.edge
+    }
+    /// Edge of the cube [angstrom].
+    pub fn edge(&self) -> f64 {
+        self.edge
+    }
+    /// Potential energy [eV].
+    pub fn energy(&self) -> f64 {
+        self.sums.energy
+    }
+    /// Sum of r.F over pairs [eV]: three volumes times the pressure at rest.
+    pub fn virial(&self) -> f64 {
+        self.sums.virial
+    }
+    /// Twice the kinetic energy [eV].
+    pub fn twice_kinetic(&self) -> f64 {
+        self.twice_kinetic
+    }
+    /// Temperature of the motion [K].
+    pub fn temperature(&self) -> f64 {
+        self.twice_kinetic / (self.freedom() * BOLTZMANN)
+    }
+    /// Sum of F.(x - site) [eV]; its mean is -3(N-1) k_B T in a crystal.
+    pub fn site_virial(&self) -> f64 {
+        self.site_virial
+    }
+    /// Time since the start [ps].
+    pub fn time(&self) -> f64 {
+        self.time
+    }
+    /// Steps since the start.
+    pub fn steps(&self) -> u64 {
+        self.step
+    }
+    /// How often the neighbour list was built.
+    pub fn rebuilds(&self) -> u64 {
+        self.rebuilds
+    }
+    /// Forces [eV/angstrom] in the order of the sites: `[atoms][3]`.
+    pub fn forces(&self) -> Vec<[f64; 3]> {
+        self.in_order(&self.force)
+    }
+    /// Velocities [angstrom/ps] in the order of the sites: `[atoms][3]`.
+    pub fn velocities(&self) -> Vec<[f64; 3]> {
+        self.in_order(&self.velocity)
+    }
+    /// Way of each atom from its site [angstrom], in the order of the sites: `[atoms][3]`.
+    pub fn displacements(&self) -> Vec<[f64; 3]> {
+        let way: Vec<[f64; 4]> =
+            self.site.iter().zip(&self.position).map(|(s, p)| [p[0] - s[0], p[1] - s[1], p[2] - s[2], 0.0]).collect();
+        self.in_order(&way)
+    }
+    fn in_order(&self, of: &[[f64; 4]]) -> Vec<[f64; 3]> {
+        let mut all = vec![[0.0; 3]; self.atoms()];
+        for (a, id) in of.iter().zip(&self.id) {
+            all[*id as usize] = [a[0], a[1], a[2]];
+        }
+        all
+    }
+    /// Positions, each in any periodic image and in no order [angstrom].
+    pub fn positions(&self) -> impl Iterator<Item = [f64; 3]> {
+        self.position[..self.atoms()].iter().map(|p| [p[0], p[1], p[2]])
+    }
+
+    /// Gives each atom a velocity of the Maxwell distribution, then sets momentum to zero and the temperature exactly [K].
+    pub fn heat(&mut self, temperature: f64, seed: u64) {
+        let mut random = Random::new(seed);
+        for v in &mut self.velocity {
+            *v = [random.normal(), random.normal(), random.normal(), 0.0];
+        }
+        for k in 0..3 {
+            let mean = self.velocity.iter().map(|v| v[k]).sum::<f64>() / self.atoms() as f64;
+            self.velocity.iter_mut().for_each(|v| v[k] -= mean);
+        }
+        let squares: f64 = self.velocity.iter().flatten().map(|v| v * v).sum();
+        let factor = (self.freedom() * BOLTZMANN * temperature / (self.mass * squares)).sqrt();
+        self.velocity.iter_mut().flatten().for_each(|v| *v *= factor);
+        self.twice_kinetic = self.freedom() * BOLTZMANN * temperature;
+    }
+
+    /// Turns all velocities round.
+    pub fn reverse(&mut self) {
+        self.velocity.iter_mut().flatten().for_each(|v| *v = -*v);
+    }
+
+    /// One step of velocity Verlet over `dt` [ps], within half steps of `chain` if there is one.
+    ///
+    /// # Errors
+    /// [`Fault`] with step and atom where atoms come too close, too dense, or get lost.
+    pub fn advance(&mut self, dt: f64, chain: Option<&mut Chain>) -> Result<(), Fault> {
+        let mut chain = chain;
+        let before = chain.as_deref_mut().map_or(1.0, |c| c.half_step(self.twice_kinetic, dt));
+        let half = 0.5 * dt / self.mass;
+        let atoms = Atoms { position: &mut self.position, velocity: &mut self.velocity, force: &self.force };
+        let moved2 = run(self.isa, KickAndDrift { atoms, listed: &self.listed, factor: before, half, dt });
+        self.step += 1;
+        self.time += dt;
+        if !(moved2 <= 0.25 * self.skin * self.skin) {
+            self.rebuild();
+        }
+        self.act()?;
+        let atoms = Atoms { position: &mut self.position, velocity: &mut self.velocity, force: &self.force };
+        let (squares, site_virial) = run(self.isa, Kick { atoms, site: &self.site, half });
+        self.site_virial = site_virial;
+        self.twice_kinetic = self.mass * squares;
+        if !self.twice_kinetic.is_finite() {
+            return Err(Fault::Lost { step: self.step, time: self.time });
+        }
+        if let Some(chain) = chain {
+            let after = chain.half_step(self.twice_kinetic, dt);
+            self.velocity.iter_mut().flatten().for_each(|v| *v *= after);
+            self.twice_kinetic *= after * after;
+        }
+        Ok(())
+    }
+
+    /// Forces at the present positions.
+    fn act(&mut self) -> Result<(), Fault> {
+        self.sums = run(
+            self.isa,
+            Forces {
+                tables: &self.tables,
+                list: &self.list,
+                edge: self.edge,
+                position: &mut self.position,
+                force: &mut self.force,
+                density: &mut self.density,
+                kept: &mut self.kept,
+                active: &mut self.active,
+            },
+        );
+        if self.sums.nearest2 < self.tables.start {
+            return Err(self.too_close());
+        }
+        match self.sums.too_dense {
+            Some(i) => {
+                Err(Fault::Dense { step: self.step, time: self.time, atom: self.id[i], density: self.density[i] })
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// Names the first pair that is closer than the table.
+    fn too_close(&self) -> Fault {
+        let image = |d: f64| d - self.edge * (d / self.edge).round();
+        let mut found = (0, 0, f64::MAX);
+        for i in 0..self.atoms() {
+            for j in 0..i {
+                let d2: f64 = (0..3).map(|k| image(self.position[i][k] - self.position[j][k])).map(|d| d * d).sum();
+                if d2 < found.2 {
+                    found = (self.id[i].min(self.id[j]), self.id[i].max(self.id[j]), d2);
+                }
+            }
+        }
+        Fault::Close {
+            step: self.step,
+            time: self.time,
+            atoms: [found.0, found.1],
+            distance: found.2.sqrt(),
+            nearest: NEAREST,
+        }
+    }
+
+    /// Brings all atoms into the box, sorts them by cells and lists neighbours.
+    fn rebuild(&mut self) {
+        let (n, reach) = (self.atoms(), self.tables.potential.cutoff() + self.skin);
+        for i in 0..n {
+            for k in 0..3 {
+                let out = (self.position[i][k] / self.edge).floor() * self.edge;
+                self.position[i][k] -= out;
+                self.site[i][k] -= out;
+            }
+        }
+        let cells = Cells::sort(&self.position[..n], self.edge, reach);
+        fn sorted<T: Copy>(order: &[u32], a: &[T]) -> Vec<T> {
+            order.iter().map(|&i| a[i as usize]).collect()
+        }
+        self.position = sorted(&cells.order, &self.position);
+        self.listed.clone_from(&self.position);
+        self.position.push(NOWHERE);
+        self.velocity = sorted(&cells.order, &self.velocity);
+        self.site = sorted(&cells.order, &self.site);
+        self.id = sorted(&cells.order, &self.id);
+        let squares = [self.tables.cutoff2, reach * reach];
+        let (list, position) = (&mut self.list, &self.position);
+        run(self.isa, Build { list, position, cells: &cells, edge: self.edge, squares });
+        self.kept.resize(self.list.vectors.len(), [[0.0; 8]; 2]);
+        self.active.resize(self.list.vectors.len(), false);
+        self.rebuilds += 1;
+    }
+}
+
+/// What the integrator moves.
+struct Atoms<'a> {
+    position: &'a mut [[f64; 4]],
+    velocity: &'a mut [[f64; 4]],
+    force: &'a [[f64; 4]],
+}
+
+/// `v = factor v + half F; x += dt v`; returns the greatest square of the way since the list was built.
+struct KickAndDrift<'a> {
+    atoms: Atoms<'a>,
+    listed: &'a [[f64; 4]],
+    factor: f64,
+    half: f64,
+    dt: f64,
+}
+impl Kernel for KickAndDrift<'_> {
+    type Out = f64;
+    #[inline(always)]
+    fn run<L: Lanes>(self, _: L) -> f64 {
+        let Atoms { position, velocity, force } = self.atoms;
+        let mut most: f64 = 0.0;
+        for (((x, v), f), x0) in position.iter_mut().zip(velocity).zip(force).zip(self.listed) {
+            let mut way = [0.0; 4];
+            for k in 0..4 {
+                v[k] = v[k] * self.factor + self.half * f[k];
+                x[k] += self.dt * v[k];
+                way[k] = x[k] - x0[k];
+                way[k] *= way[k];
+            }
+            let square = (way[0] + way[1]) + way[2];
+            // not f64::max: a lost atom must not go unseen
+            most = if square <= most { most } else { square };
+        }
+        most
+    }
+}
+
+/// `v += half F`; returns the sum of v^2 and that of F.(x - site).
+struct Kick<'a> {
+    atoms: Atoms<'a>,
+    site: &'a [[f64; 4]],
+    half: f64,
+}
+impl Kernel for Kick<'_> {
+    type Out = (f64, f64);
+    #[inline(always)]
+    fn run<L: Lanes>(self, _: L) -> (f64, f64) {
+        let Atoms { position, velocity, force } = self.atoms;
+        let (mut squares, mut pull) = ([0.0; 4], [0.0; 4]);
+        for (((x, v), f), s) in position.iter().zip(velocity).zip(force).zip(self.site) {
+            for k in 0..4 {
+                v[k] += self.half * f[k];
+                squares[k] += v[k] * v[k];
+                pull[k] += f[k] * (x[k] - s[k]);
+            }
+        }
+        ((squares[0] + squares[1]) + squares[2], (pull[0] + pull[1]) + pull[2])
+    }
+}
