@@ -100,6 +100,8 @@ pub struct StageDef {
     pub name: &'static str,
     /// One line for people.
     pub summary: &'static str,
+    /// Path of the stage's type: its first part names the crate whose code counts.
+    pub type_name: fn() -> &'static str,
     /// Input ports.
     pub ports: &'static [Port],
     /// Kind of the output.
@@ -120,6 +122,7 @@ impl StageDef {
         StageDef {
             name: S::NAME,
             summary: S::SUMMARY,
+            type_name: std::any::type_name::<S>,
             ports: S::Inputs::PORTS,
             output: <S::Output as Artifact>::KIND,
             check: |value| {
