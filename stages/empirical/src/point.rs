@@ -1,0 +1,131 @@
+//! From an impact run to one value of the melted fraction.
+use crate::law::Sample;
+use hvi_impact::result::{Impact, Melt};
+use hvi_kit::StageError;
+use serde::{Deserialize, Serialize};
+
+/// What counts as changed in phase.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Measure {
+    /// Mass-weighted share of liquid at the volume of the intact matter.
+    #[default]
+    Liquid,
+    /// Mass that has melted completely (liquid, hot liquid, vapour), at the volume of the intact matter.
+    Complete,
+    /// Mass that has begun to melt or more, at the volume of the intact matter.
+    MeltingOrMore,
+    /// As `complete`, at the particle's own volume, which numerical expansion inflates; the paper's likely measure.
+    CompleteOwnVolume,
+    /// As `melting-or-more`, at the particle's own volume.
+    MeltingOrMoreOwnVolume,
+}
+
+impl Measure {
+    /// The melted fraction of a body, as a share of the projectile's mass.
+    pub fn of(self, melt: &Melt) -> f64 {
+        match self {
+            Measure::Liquid => melt.liquid,
+            Measure::Complete => melt.by_phase[2..].iter().sum(),
+            Measure::MeltingOrMore => melt.by_phase[1..].iter().sum(),
+            Measure::CompleteOwnVolume => melt.by_phase_own_volume[2..].iter().sum(),
+            Measure::MeltingOrMoreOwnVolume => melt.by_phase_own_volume[1..].iter().sum(),
+        }
+    }
+
+    /// Masses by phase at the volume that the measure goes by.
+    pub fn phases(self, melt: &Melt) -> [f64; 5] {
+        match self {
+            Measure::Liquid | Measure::Complete | Measure::MeltingOrMore => melt.by_phase,
+            Measure::CompleteOwnVolume | Measure::MeltingOrMoreOwnVolume => melt.by_phase_own_volume,
+        }
+    }
+
+    /// In words.
+    pub fn describe(self) -> &'static str {
+        match self {
+            Measure::Liquid => "mass-weighted share of liquid, at the volume of the intact matter (V_eff)",
+            Measure::Complete => "mass that has melted completely, at the volume of the intact matter (V_eff)",
+            Measure::MeltingOrMore => "mass that is melting or more, at the volume of the intact matter (V_eff)",
+            Measure::CompleteOwnVolume => {
+                "mass that has melted completely, at the particles' own (numerically expanded) volume"
+            }
+            Measure::MeltingOrMoreOwnVolume => {
+                "mass that is melting or more, at the particles' own (numerically expanded) volume"
+            }
+        }
+    }
+}
+
+/// One run, as the law sees it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Point {
+    /// Impact speed [m/s].
+    pub velocity: f64,
+    /// Diameter of the projectile [m].
+    pub diameter: f64,
+    /// Thickness of the plate [m].
+    pub thickness: f64,
+    /// Cells through the thinner of plate and projectile.
+    pub cells: f64,
+    /// Time at which the phases were read [s].
+    pub time: f64,
+    /// Melted fraction of the projectile, by the measure chosen.
+    pub eta: f64,
+    /// Phase masses of the projectile over its mass, codes 0-4.
+    pub projectile: [f64; 5],
+    /// Phase masses of the plate over the projectile's mass, codes 0-4.
+    pub plate: [f64; 5],
+    /// Whether the fit uses it.
+    pub used: bool,
+}
+
+/// Melted shares from here on count as all of it.
+const ALL: f64 = 0.999;
+
+impl Point {
+    /// Reads the last snapshot of `run`.
+    ///
+    /// # Errors
+    /// A run without a projectile or snapshot, or with values that mean nothing.
+    pub fn new(run: &Impact, measure: Measure) -> Result<Point, StageError> {
+        let name = format!("the run at {} m/s, D = {} m, t = {} m", run.velocity, run.diameter, run.thickness);
+        let refuse = |why: &str| StageError::physics(format!("{name} {why}"));
+        let last = run.snapshots.last().ok_or_else(|| refuse("has no snapshot; keep its end"))?;
+        let body = |name: &str| run.bodies.iter().position(|b| b.name == name).and_then(|i| last.melt.get(i));
+        let projectile =
+            body("projectile").ok_or_else(|| refuse("has no body named projectile with its melted masses"))?;
+        let eta = measure.of(projectile);
+        if !(run.velocity > 0.0 && run.diameter > 0.0 && run.thickness > 0.0 && (-1e-9..1.0 + 1e-6).contains(&eta)) {
+            return Err(refuse(&format!(
+                "has the melted fraction {eta}: speed, sizes must be above 0, the fraction in 0..1"
+            )));
+        }
+        Ok(Point {
+            velocity: run.velocity,
+            diameter: run.diameter,
+            thickness: run.thickness,
+            cells: run.cells_through,
+            time: last.time,
+            eta: eta.clamp(0.0, 1.0),
+            projectile: measure.phases(projectile),
+            plate: body("plate").map(|m| measure.phases(m)).unwrap_or_default(),
+            used: true,
+        })
+    }
+
+    /// Whether (nearly) all of the projectile has melted.
+    pub fn is_full(&self) -> bool {
+        self.eta >= ALL
+    }
+
+    /// The point in the law's variables.
+    pub fn sample(&self, limited: bool) -> Sample {
+        Sample {
+            v: self.velocity * 1e-3,
+            ratio: self.diameter / self.thickness,
+            eta: self.eta,
+            at_limit: limited && self.is_full(),
+        }
+    }
+}
