@@ -1,0 +1,165 @@
+//! Johnson-Cook flow stress with implicit radial return.
+use hvi_kit::math::{log, pow};
+use hvi_kit::units::{Pressure, Rate, Temperature};
+use serde::{Deserialize, Serialize};
+
+/// `Y = (A + B ep^n) (1 + C ln(rate / rate0)) (1 - T*^m)`, `T* = (T - T_r) / (T_m - T_r)`.
+///
+/// The rate factor is 1 below rate0 and the thermal one 1 below T_r, 0 above T_m. Source: G. R. Johnson and W. H. Cook,
+/// 7th Int. Symp. Ballistics (1983); Liu, Wang & Zhang (2013) eqs 17-18, where eq 17 lacks the exponent n.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct JohnsonCook {
+    /// A.
+    pub a: Pressure,
+    /// B.
+    pub b: Pressure,
+    /// n.
+    pub n: f64,
+    /// C.
+    pub c: f64,
+    /// m.
+    pub m: f64,
+    /// Reference rate.
+    #[serde(default = "reference_rate")]
+    pub rate: Rate,
+    /// T_r.
+    #[serde(default = "reference_temperature")]
+    pub reference_temperature: Temperature,
+    /// T_m where the equation of state knows no melting.
+    pub melting_temperature: Temperature,
+}
+
+fn reference_rate() -> Rate {
+    Rate::new(1.0)
+}
+fn reference_temperature() -> Temperature {
+    Temperature::new(293.0)
+}
+
+impl JohnsonCook {
+    /// `T*`: 0 or less when cold, 1 or more when melted; `melting` T_m [K].
+    #[inline]
+    pub fn homologous(&self, temperature: f64, melting: f64) -> f64 {
+        let room = self.reference_temperature.si();
+        if melting <= room { 1.0 } else { (temperature - room) / (melting - room) }
+    }
+
+    /// `1 - T*^m`, in 0..1.
+    #[inline]
+    pub fn softening(&self, homologous: f64) -> f64 {
+        if homologous >= 1.0 {
+            0.0
+        } else if homologous <= 0.0 {
+            1.0
+        } else {
+            1.0 - pow(homologous, self.m)
+        }
+    }
+
+    /// `A + B ep^n` [Pa].
+    #[inline]
+    pub fn hardened(&self, strain: f64) -> f64 {
+        self.a.si() + if strain > 0.0 { self.b.si() * pow(strain, self.n) } else { 0.0 }
+    }
+
+    /// `1 + C ln(rate / rate0)`, 1 below rate0.
+    #[inline]
+    pub fn rate_factor(&self, rate: f64) -> f64 {
+        let ratio = rate / self.rate.si();
+        if self.c == 0.0 || !(ratio > 1.0) { 1.0 } else { 1.0 + self.c * log(ratio) }
+    }
+
+    /// Y [Pa].
+    pub fn flow_stress(&self, strain: f64, rate: f64, softening: f64) -> f64 {
+        if softening == 0.0 { 0.0 } else { self.hardened(strain) * self.rate_factor(rate) * softening }
+    }
+
+    /// Plastic strain increment x that brings an elastic `trial` equivalent stress [Pa] back to the yield surface at the
+    /// end of the step: `trial - 3 G x = Y(strain + x, x / dt)`, with shear modulus `shear` G [Pa].
+    ///
+    /// Newton's rule inside a bracket; the left side falls and the right one rises with x, so the root is single. Returns
+    /// 0 inside the yield surface.
+    pub fn plastic_increment(&self, trial: f64, strain: f64, dt: f64, softening: f64, shear: f64) -> f64 {
+        let stiffness = 3.0 * shear;
+        if trial <= self.flow_stress(strain, 0.0, softening) {
+            return 0.0;
+        }
+        let (mut low, mut high) = (0.0, trial / stiffness);
+        let mut x = high - self.flow_stress(strain, 0.0, softening) / stiffness;
+        for _ in 0..60 {
+            let total = strain + x;
+            let hardened = self.hardened(total);
+            let factor = self.rate_factor(x / dt);
+            let excess = trial - stiffness * x - hardened * factor * softening;
+            if excess.abs() <= 1e-12 * trial || high - low <= 1e-15 * high {
+                break;
+            }
+            if excess > 0.0 {
+                low = x
+            } else {
+                high = x
+            }
+            let slope_hardening = self.n * (hardened - self.a.si()) / total;
+            let slope_rate = if factor > 1.0 { self.c / x } else { 0.0 };
+            let slope = stiffness + softening * (slope_hardening * factor + hardened * slope_rate);
+            let next = x + excess / slope;
+            x = if next > low && next < high { next } else { 0.5 * (low + high) };
+        }
+        x
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Material;
+
+    /// At T* >= 1 nothing is left; at any rate from 1e-30 to 1e8 per second and any strain the stress is finite.
+    #[test]
+    fn limits() {
+        let jc = Material::named("copper").unwrap().strength;
+        let room = jc.reference_temperature.si();
+        for (t, melting) in [(1356.0, 1356.0), (1356.0 - 1e-10, 1356.0), (2712.0, 1356.0), (0.0, 1356.0), (400.0, room)]
+        {
+            let softening = jc.softening(jc.homologous(t, melting));
+            assert!((0.0..=1.0).contains(&softening));
+            assert_eq!(softening == 0.0, t >= melting || melting <= room, "{t}");
+            for rate in [1e-30, 1e-10, 1.0, 1e4, 1e8] {
+                for strain in [0.0, 1e-12, 0.1, 5.0] {
+                    let y = jc.flow_stress(strain, rate, softening);
+                    assert!(y.is_finite() && y >= 0.0 && (softening > 0.0 || y == 0.0));
+                }
+            }
+        }
+        assert_eq!(jc.rate_factor(1.0), 1.0);
+        assert_eq!(jc.rate_factor(1e-30), 1.0);
+    }
+
+    /// The return lands on the yield surface it was asked for, from any trial stress, strain and step.
+    #[test]
+    fn return_lands_on_the_surface() {
+        for name in ["copper", "aluminium"] {
+            let jc = Material::named(name).unwrap().strength;
+            let shear = 40e9;
+            for trial in [1e6, 1e8, 3.3e8, 1e9, 5e10] {
+                for strain in [0.0, 1e-9, 1e-3, 2.0] {
+                    for dt in [1e-12, 1e-9, 1e3] {
+                        for softening in [0.0, 1e-6, 0.7, 1.0] {
+                            let x = jc.plastic_increment(trial, strain, dt, softening, shear);
+                            let y = jc.flow_stress(strain + x, x / dt, softening);
+                            let left = trial - 3.0 * shear * x;
+                            if x > 0.0 {
+                                assert!(
+                                    (left - y).abs() <= 1e-9 * trial,
+                                    "{trial} {strain} {dt} {softening}: {left} {y}"
+                                );
+                            } else {
+                                assert!(left <= jc.flow_stress(strain, 0.0, softening));
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}

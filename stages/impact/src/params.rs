@@ -1,0 +1,232 @@
+//! Parameters of the stage `impact`, and their checks.
+use crate::material::{self, Material};
+use crate::scene::{self, Layout};
+use hvi_kit::Invalid;
+use hvi_kit::units::{Length, Time, Velocity};
+use serde::{Deserialize, Serialize};
+
+/// Parameters of an impact run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Params {
+    /// The moving body.
+    pub projectile: Projectile,
+    /// The body at rest.
+    pub plate: Plate,
+    /// Impact speed, normal to the plate; 10 m/s to 30 km/s.
+    pub velocity: Velocity,
+    /// Cells through the smaller of the plate's thickness and the projectile's size along the impact; at least 2, and
+    /// below 5 with a warning.
+    #[serde(default = "cells")]
+    pub cells: u32,
+    /// Particles a cell along each axis, 1 to 4.
+    #[serde(default = "particles")]
+    pub particles: u32,
+    /// Dimensions and symmetry.
+    #[serde(default)]
+    pub space: SpaceChoice,
+    /// End of the run. Default: `3 (L + t) / v`, three times what the projectile's length L and the plate's thickness t
+    /// take at the impact speed, and at most `8 (L + t) / c` with the plate's longitudinal sound speed c.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub end: Option<Time>,
+    /// Times at which all particles are kept; the end is always among them.
+    #[serde(default)]
+    pub times: Vec<Time>,
+    /// Courant number, up to 0.8.
+    #[serde(default = "cfl")]
+    pub cfl: f64,
+    /// Johnson-Cook strength; without it matter is a fluid.
+    #[serde(default = "yes")]
+    pub strength: bool,
+    /// Johnson-Cook damage.
+    #[serde(default = "yes")]
+    pub damage: bool,
+    /// Tension cut-off with void opening.
+    #[serde(default = "yes")]
+    pub spall: bool,
+}
+
+fn cells() -> u32 {
+    6
+}
+fn particles() -> u32 {
+    2
+}
+fn cfl() -> f64 {
+    0.5
+}
+fn yes() -> bool {
+    true
+}
+
+/// Dimensions and symmetry of a run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum SpaceChoice {
+    /// Plane waves in one dimension.
+    Line,
+    /// (r, z).
+    #[default]
+    Axisymmetric,
+    /// Three dimensions, mirror planes y = 0 and z = 0.
+    Quarter,
+    /// Three dimensions, mirror plane y = 0.
+    Half,
+    /// Three dimensions, no mirror.
+    Full,
+}
+
+/// Shape of a projectile.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Shape {
+    /// `diameter`.
+    Sphere,
+    /// `diameter` and `length`, its axis along the impact.
+    Cylinder,
+    /// `length`; endless across the impact: only on a line.
+    Slab,
+}
+
+/// The moving body.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Projectile {
+    /// Its shape.
+    pub shape: Shape,
+    /// Diameter of a sphere or cylinder.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub diameter: Option<Length>,
+    /// Length of a cylinder or slab.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub length: Option<Length>,
+    /// Its material: a name, or a table of all constants.
+    #[serde(deserialize_with = "material::by_name_or_table")]
+    pub material: Material,
+}
+
+impl Projectile {
+    /// Size along the impact [m].
+    pub fn size(&self) -> f64 {
+        match self.shape {
+            Shape::Sphere => self.diameter,
+            Shape::Cylinder | Shape::Slab => self.length,
+        }
+        .map_or(0.0, Length::si)
+    }
+}
+
+/// The body at rest.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Plate {
+    /// Its thickness along the impact.
+    pub thickness: Length,
+    /// Diameter in (r, z), edge of the square in three dimensions. Default: `1.5 D + 1.1 c T`, with the projectile's
+    /// diameter D, the plate's longitudinal sound speed c and the end T of the run, so that no wave comes back from the
+    /// rim.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub width: Option<Length>,
+    /// Its material: a name, or a table of all constants.
+    #[serde(deserialize_with = "material::by_name_or_table")]
+    pub material: Material,
+}
+
+/// Most particles a run may have: about 2.5 GB.
+const MOST_PARTICLES: f64 = 4e6;
+
+impl Params {
+    /// Checks everything that can be known before the run.
+    ///
+    /// # Errors
+    /// The first parameter out of its range.
+    pub fn check(&self) -> Result<(), Invalid> {
+        self.check_shape()?;
+        self.check_method()?;
+        for (body, material) in [("projectile", &self.projectile.material), ("plate", &self.plate.material)] {
+            if let Some((key, why)) = material.fault() {
+                return Err(Invalid::new(&format!("{body}.material.{key}"), why));
+            }
+        }
+        let layout = Layout::of(self);
+        for t in &self.times {
+            if !(t.si() > 0.0 && t.si() <= layout.end) {
+                let why =
+                    format!("has {} us, must be above 0 and at most the end, {} us", t.si() * 1e6, layout.end * 1e6);
+                return Err(Invalid::new("times", why));
+            }
+        }
+        if let Some(diameter) = self.projectile.diameter
+            && layout.width < diameter.si()
+        {
+            let why = format!("is {} mm, less than the projectile's {} mm", layout.width * 1e3, diameter.si() * 1e3);
+            return Err(Invalid::new("plate.width", why));
+        }
+        let count = scene::count(self, &layout);
+        if count > MOST_PARTICLES {
+            let why = format!(
+                "gives {count:.3e} particles ({:.4} mm cells), at most {MOST_PARTICLES:.0e} fit: use fewer cells, a \
+                 smaller plate.width, an earlier end, or space = \"axisymmetric\"",
+                layout.cell * 1e3
+            );
+            return Err(Invalid::new("cells", why));
+        }
+        Ok(())
+    }
+
+    fn check_shape(&self) -> Result<(), Invalid> {
+        let p = &self.projectile;
+        let positive = |key: &str, length: Option<Length>| match length {
+            Some(l) if l.si() > 0.0 => Ok(()),
+            Some(l) => Err(Invalid::new(key, format!("is {} m, must be above 0", l.si()))),
+            None => Err(Invalid::new(key, format!("is missing: a {:?} needs it", p.shape).to_lowercase())),
+        };
+        let absent = |key: &str, length: Option<Length>, why: &str| match length {
+            Some(_) => Err(Invalid::new(key, why)),
+            None => Ok(()),
+        };
+        if p.shape == Shape::Sphere {
+            absent("projectile.length", p.length, "has no meaning for a sphere: its diameter says all")?;
+        } else {
+            positive("projectile.length", p.length)?;
+        }
+        if p.shape == Shape::Slab {
+            absent("projectile.diameter", p.diameter, "has no meaning for a slab, which is endless across the impact")?;
+            absent("plate.width", self.plate.width, "has no meaning on a line")?;
+        } else {
+            positive("projectile.diameter", p.diameter)?;
+        }
+        positive("plate.thickness", Some(self.plate.thickness))?;
+        if self.plate.width.is_some() {
+            positive("plate.width", self.plate.width)?;
+        }
+        match (p.shape == Shape::Slab, self.space == SpaceChoice::Line) {
+            (true, false) => Err(Invalid::new("projectile.shape", "a slab needs space = \"line\"")),
+            (false, true) => Err(Invalid::new("projectile.shape", "on a line the projectile must be a slab")),
+            _ => Ok(()),
+        }
+    }
+
+    fn check_method(&self) -> Result<(), Invalid> {
+        let v = self.velocity.si();
+        if !(10.0..=30e3).contains(&v) {
+            return Err(Invalid::new("velocity", format!("is {v} m/s, must lie between 10 m/s and 30 km/s")));
+        }
+        if self.cells < 2 {
+            let why = format!("is {}, must be at least 2 through the thinner body (6 by default)", self.cells);
+            return Err(Invalid::new("cells", why));
+        }
+        if !(1..=4).contains(&self.particles) {
+            return Err(Invalid::new("particles", format!("is {}, must be 1 to 4 a cell and axis", self.particles)));
+        }
+        if !(self.cfl > 0.0 && self.cfl <= 0.8) {
+            return Err(Invalid::new("cfl", format!("is {}, must be above 0 and at most 0.8", self.cfl)));
+        }
+        if let Some(end) = self.end
+            && !(end.si() > 0.0 && end.si() <= 1.0)
+        {
+            return Err(Invalid::new("end", format!("is {} s, must be above 0 and at most 1 s", end.si())));
+        }
+        Ok(())
+    }
+}

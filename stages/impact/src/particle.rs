@@ -1,0 +1,93 @@
+//! A material point.
+
+/// A material point in `D` dimensions; tensors are always 3 x 3 (in (r, z) the third axis is the hoop).
+#[derive(Clone, Copy, Debug)]
+pub struct Particle<const D: usize> {
+    /// Position [m]; `[axis, radius]` in axisymmetry.
+    pub position: [f64; D],
+    /// Velocity [m/s].
+    pub velocity: [f64; D],
+    /// Affine part of the velocity field around the particle [1/s], `[component][axis]`.
+    pub affine: [[f64; D]; D],
+    /// Mass [kg]: per square metre in one dimension, per radian in axisymmetry.
+    pub mass: f64,
+    /// Volume at the start [m3], per the same.
+    pub volume: f64,
+    /// Volume over volume at the start; goes on counting the void when the particle has failed.
+    pub ratio: f64,
+    /// Specific internal energy [J/kg].
+    pub energy: f64,
+    /// Deviatoric stress xx, yy, zz, xy, yz, xz [Pa].
+    pub stress: [f64; 6],
+    /// Equivalent plastic strain.
+    pub plastic_strain: f64,
+    /// Johnson-Cook damage; 1 is failure.
+    pub damage: f64,
+    /// Pressure that acts [Pa].
+    pub pressure: f64,
+    /// Pressure of the equation of state, before any tension cut-off [Pa].
+    pub unclamped: f64,
+    /// Largest tension carried [Pa], infinite where spall is off.
+    pub tension_limit: f64,
+    /// Bulk modulus rho c_b^2 [Pa].
+    pub stiffness: f64,
+    /// Longitudinal sound speed [m/s].
+    pub sound_speed: f64,
+    /// Temperature [K].
+    pub temperature: f64,
+    /// Johnson-Cook's `1 - T*^m`, 0 where melted or failed.
+    pub softening: f64,
+    /// Yield stress at the reference rate [Pa].
+    pub yield_stress: f64,
+    /// Velocity divergence in the last step [1/s].
+    pub divergence: f64,
+    /// Number at the start, kept through all sorting.
+    pub id: u32,
+    /// Index of the body.
+    pub body: u8,
+    /// Failed: carries no tension and no shear.
+    pub failed: bool,
+}
+
+impl<const D: usize> Particle<D> {
+    /// Matter at rest in itself; the state of its material is filled in by [`crate::material::Law::prepare`].
+    pub fn new(position: [f64; D], velocity: [f64; D], mass: f64, volume: f64, id: u32, body: u8) -> Self {
+        Self {
+            position,
+            velocity,
+            affine: [[0.0; D]; D],
+            mass,
+            volume,
+            ratio: 1.0,
+            energy: 0.0,
+            stress: [0.0; 6],
+            plastic_strain: 0.0,
+            damage: 0.0,
+            pressure: 0.0,
+            unclamped: 0.0,
+            tension_limit: f64::INFINITY,
+            stiffness: 0.0,
+            sound_speed: 0.0,
+            temperature: 0.0,
+            softening: 0.0,
+            yield_stress: 0.0,
+            divergence: 0.0,
+            id,
+            body,
+            failed: false,
+        }
+    }
+
+    /// Failed and pulled apart: a void is open, so it neither carries pressure nor resists.
+    #[inline(always)]
+    pub fn is_open(&self) -> bool {
+        self.failed && self.unclamped < 0.0
+    }
+
+    /// Kinetic energy, the affine motion's included [J] (per the mass's unit); `cell` is the grid spacing [m].
+    pub fn kinetic(&self, cell: f64) -> f64 {
+        let speed2: f64 = self.velocity.iter().map(|v| v * v).sum();
+        let affine2: f64 = self.affine.iter().flatten().map(|c| c * c).sum();
+        0.5 * self.mass * (speed2 + crate::kernel::MOMENT * cell * cell * affine2)
+    }
+}

@@ -1,0 +1,216 @@
+//! The stage `impact`.
+use crate::material::{Law, Material, Switches};
+use crate::params::{Params, SpaceChoice};
+use crate::result::{Body, Impact, Ledger, Snapshot};
+use crate::scene::{self, Layout};
+use crate::step::{Setting, State, Stop};
+use crate::{ledger, melt};
+use hvi_eos::{Eos, EosResult};
+use hvi_kit::{Ctx, Invalid, Places, Stage, StageError};
+
+hvi_kit::inputs! {
+    /// Fitted equations of state, where a body names one.
+    pub struct ImpactInputs {
+        /// Keys `projectile.eos` and `plate.eos`, each optional: without it the material's own holds.
+        eos: Places<EosResult>,
+    }
+}
+
+/// A normal hypervelocity impact by the material point method.
+pub struct ImpactStage;
+
+impl Stage for ImpactStage {
+    const NAME: &'static str = "impact";
+    const SUMMARY: &'static str = "normal impact of a projectile on a plate, by the material point method";
+    type Params = Params;
+    type Inputs = ImpactInputs;
+    type Output = Impact;
+
+    fn check(params: &Params) -> Result<(), Invalid> {
+        params.check()
+    }
+
+    fn cost(params: &Params) -> f64 {
+        let layout = Layout::of(params);
+        let sound = params.plate.material.sound_speed(&params.plate.material.eos);
+        let signal = sound + 0.5 * params.velocity.si();
+        let steps = layout.end * signal / (params.cfl * layout.cell);
+        let per_step = match params.space {
+            SpaceChoice::Line => 0.25e-6,
+            SpaceChoice::Axisymmetric => 0.5e-6,
+            _ => 1.6e-6,
+        };
+        steps * scene::count(params, &layout) * per_step
+    }
+
+    fn run(params: &Params, inputs: ImpactInputs, ctx: &Ctx<'_>) -> Result<Impact, StageError> {
+        match params.space {
+            SpaceChoice::Line => run::<1>(params, inputs, ctx),
+            SpaceChoice::Axisymmetric => run::<2>(params, inputs, ctx),
+            SpaceChoice::Quarter | SpaceChoice::Half | SpaceChoice::Full => run::<3>(params, inputs, ctx),
+        }
+    }
+}
+
+/// Times between the start and the end at which the ledger is kept.
+const ENTRIES: usize = 100;
+/// Largest energy drift a run may end with: a thousand times what rounding makes of 1e6 particles and 1e4 steps.
+const DRIFT: f64 = 1e-8;
+
+fn run<const D: usize>(params: &Params, inputs: ImpactInputs, ctx: &Ctx<'_>) -> Result<Impact, StageError> {
+    let layout = Layout::of(params);
+    let eos = equations_of_state(params, inputs);
+    let densities = [0, 1].map(|b: usize| 1.0 / eos[b].reference_volume());
+    let setting = setting::<D>(params, &layout, eos);
+    let mut state = State::new(scene::particles::<D>(params, &layout, densities), &setting);
+    let bodies = bodies(params, &state, layout.multiple, densities);
+    let entry = |state: &State<D>, start: Option<&Ledger>| ledger::entry(state, &setting, layout.multiple, start);
+    let mut entries = vec![entry(&state, None)];
+    let mut snapshots: Vec<Snapshot> = Vec::new();
+    let mut next_entry = 1;
+    for until in output_times(params, layout.end) {
+        while state.time < until {
+            state.step(&setting, until).map_err(|stop| failure(&stop, &state, &setting))?;
+            ctx.tick(state.time, layout.end, "stepping")?;
+            if state.time >= layout.end * next_entry as f64 / ENTRIES as f64 || state.time >= until {
+                next_entry = 1 + (ENTRIES as f64 * state.time / layout.end) as usize;
+                entries.push(entry(&state, Some(&entries[0])));
+                check_drift(entries.last().expect("just pushed"))?;
+            }
+        }
+        let space = scene::space(params.space);
+        snapshots.push(melt::snapshot(&state, &setting, space, layout.multiple, bodies[0].mass));
+    }
+    let leading = [0.001, 0.01, 0.05].map(|share| ledger::leading(&state.particles, 0, share));
+    let size = params.projectile.size().min(params.plate.thickness.si());
+    Ok(Impact {
+        space: scene::space(params.space),
+        cell: layout.cell,
+        cells_through: size / layout.cell,
+        velocity: params.velocity.si(),
+        diameter: layout.diameter,
+        thickness: params.plate.thickness.si(),
+        notes: notes(params, &layout, &state),
+        bodies,
+        snapshots,
+        ledger: entries,
+        leading,
+    })
+}
+
+/// The fitted equation of state of each body, or its material's own.
+fn equations_of_state(params: &Params, inputs: ImpactInputs) -> [Eos; 2] {
+    let mut plugged = inputs.eos.0;
+    [("projectile.eos", &params.projectile.material), ("plate.eos", &params.plate.material)]
+        .map(|(key, material)| plugged.remove(key).map_or_else(|| material.eos.clone(), |result| result.eos))
+}
+
+fn setting<const D: usize>(params: &Params, layout: &Layout, eos: [Eos; 2]) -> Setting<D> {
+    let switches = Switches { strength: params.strength, damage: params.damage, spall: params.spall };
+    let materials: [&Material; 2] = [&params.projectile.material, &params.plate.material];
+    let all = scene::mirrors(params.space);
+    Setting {
+        cell: layout.cell,
+        axisymmetric: params.space == SpaceChoice::Axisymmetric,
+        mirrors: std::array::from_fn(|d| all[d]),
+        laws: eos.into_iter().zip(materials).map(|(eos, material)| Law::new(material, eos, switches)).collect(),
+        cfl: params.cfl,
+    }
+}
+
+fn bodies<const D: usize>(params: &Params, state: &State<D>, multiple: f64, densities: [f64; 2]) -> Vec<Body> {
+    [("projectile", &params.projectile.material), ("plate", &params.plate.material)]
+        .iter()
+        .enumerate()
+        .map(|(b, (name, material))| Body {
+            name: (*name).into(),
+            material: material.name.clone(),
+            mass: multiple * state.particles.iter().filter(|p| p.body as usize == b).map(|p| p.mass).sum::<f64>(),
+            density: densities[b],
+        })
+        .collect()
+}
+
+/// The times asked for and the end, in order, each once.
+fn output_times(params: &Params, end: f64) -> Vec<f64> {
+    let mut times: Vec<f64> = params.times.iter().map(|t| t.si()).filter(|&t| t < end).collect();
+    times.push(end);
+    times.sort_by(f64::total_cmp);
+    times.dedup();
+    times
+}
+
+fn check_drift(entry: &Ledger) -> Result<(), StageError> {
+    if entry.drift.abs() <= DRIFT {
+        return Ok(());
+    }
+    Err(StageError::physics(format_args!(
+        "step {}, {:.4} us: energy has drifted by {:.2e} of the start's, {DRIFT:.0e} is allowed; this is a fault of the \
+         program, please report the parameters",
+        entry.step,
+        entry.time * 1e6,
+        entry.drift
+    )))
+}
+
+/// Says where and what, and what to do.
+fn failure<const D: usize>(stop: &Stop, state: &State<D>, setting: &Setting<D>) -> StageError {
+    let (i, what) = match *stop {
+        Stop::Lost(i) => (i, "its position is not within 5e8 cells of the origin".to_string()),
+        Stop::NotFinite(i) => {
+            let p = &state.particles[i];
+            (i, format!("energy {} J/kg, V/V0 {}, pressure {} Pa must all be finite", p.energy, p.ratio, p.pressure))
+        }
+        Stop::Collapsed(i, dt) => {
+            (i, format!("it asks for a time step of {dt:.2e} s, at least {:.2e} s is allowed", 1e-3 * state.first_dt))
+        }
+    };
+    let p = &state.particles[i];
+    StageError::physics(format_args!(
+        "step {}, {:.4} us: particle {} of the {} at {:?} mm, {:?} m/s (V/V0 {:.4}, {:.4e} J/kg, sound speed {:.0} m/s): \
+         {what}; try a smaller cfl, or a different number of cells ({:.4} mm now)",
+        state.steps,
+        state.time * 1e6,
+        p.id,
+        if p.body == 0 { "projectile" } else { "plate" },
+        p.position.map(|x| x * 1e3),
+        p.velocity,
+        p.ratio,
+        p.energy,
+        p.sound_speed,
+        setting.cell * 1e3
+    ))
+}
+
+/// What a reader of the result must know.
+fn notes<const D: usize>(params: &Params, layout: &Layout, state: &State<D>) -> Vec<String> {
+    let mut notes = vec![
+        format!(
+            "{} cells of {:.4} mm through the thinner body, {} particles a cell and axis. The melted share depends on the \
+             grid: artificial viscosity overheats the few cells at the contact, a profile fixed in cells, so that the \
+             share goes as c0 + k / N; compare runs at the same number of cells, or extrapolate.",
+            params.cells,
+            layout.cell * 1e3,
+            params.particles
+        ),
+        "Phases by V_eff = min(V, V where P(V, E) = 0); own-volume phases also count matter whose melting temperature \
+         fell by numerical expansion alone."
+            .into(),
+    ];
+    if params.cells < 5 {
+        notes.push(format!("Only {} cells through the thinner body: 5 or more are advised.", params.cells));
+    }
+    if params.end.is_none() {
+        notes.push(format!("Ended by rule at {:.3} us.", layout.end * 1e6));
+    }
+    if params.space != SpaceChoice::Line && params.plate.width.is_none() {
+        notes.push(format!("Plate {:.2} mm wide, by rule: no wave is back from its rim.", layout.width * 1e3));
+    }
+    if state.totals.limited > 0 {
+        notes.push(format!(
+            "{} particle-steps would have shrunk to less than half in one step and were limited.",
+            state.totals.limited
+        ));
+    }
+    notes
+}
