@@ -1,5 +1,9 @@
-//! Published parameter sets.
-use crate::model::gray::Parameters;
+//! Published parameter sets, and the stage `eos.handbook` that hands them out.
+use crate::model::gray::{Gray, Parameters};
+use crate::model::mie_gruneisen;
+use crate::{Eos, EosError, EosResult, MieGruneisen};
+use hvi_kit::units::{Density, SpecificHeat, Temperature, Velocity};
+use hvi_kit::{Ctx, Invalid, Stage, StageError};
 use serde::{Deserialize, Serialize};
 
 /// A published set of GRAY parameters.
@@ -47,5 +51,89 @@ impl Set {
             Set::CopperPaperMd => "copper, Liu, Wang, Zhang (2013), Table 1, fitted to molecular dynamics",
             Set::AluminiumPaper => "aluminium, Liu, Wang, Zhang (2013), Table 3",
         }
+    }
+}
+
+/// A Mie-Grueneisen material, see [`MieGruneisen`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Linear {
+    /// Reference density rho0.
+    pub density: Density,
+    /// Intercept c0 of Us = c0 + s up.
+    pub sound_speed: Velocity,
+    /// Slope s of Us = c0 + s up.
+    pub slope: f64,
+    /// Grueneisen coefficient at rho0; gamma rho is constant.
+    pub gruneisen: f64,
+    /// Heat capacity.
+    pub heat_capacity: SpecificHeat,
+    /// Temperature of the reference state.
+    #[serde(default = "room")]
+    pub reference_temperature: Temperature,
+}
+
+fn room() -> Temperature {
+    Temperature::new(293.0)
+}
+
+/// Parameters of the stage: exactly one of both keys.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Params {
+    /// A published set of GRAY.
+    #[serde(default)]
+    pub set: Option<Set>,
+    /// Mie-Grueneisen with these parameters.
+    #[serde(default)]
+    pub mie_gruneisen: Option<Linear>,
+}
+
+/// The stage.
+pub struct Handbook;
+impl Stage for Handbook {
+    const NAME: &'static str = "eos.handbook";
+    const SUMMARY: &'static str = "equation of state with published parameters (GRAY sets, or Mie-Grueneisen)";
+    type Params = Params;
+    type Inputs = ();
+    type Output = EosResult;
+
+    fn check(params: &Params) -> Result<(), Invalid> {
+        make(params).map(drop)
+    }
+
+    fn cost(_: &Params) -> f64 {
+        0.01
+    }
+
+    fn run(params: &Params, _: (), _: &Ctx<'_>) -> Result<EosResult, StageError> {
+        make(params).map_err(|e| StageError::physics(format!("{}: {}", e.key, e.why)))
+    }
+}
+
+/// The equation of state that `params` names.
+fn make(params: &Params) -> Result<EosResult, Invalid> {
+    let named = |key: &'static str| move |e: EosError| Invalid::new(key, e.to_string());
+    match (params.set, &params.mie_gruneisen) {
+        (Some(set), None) => {
+            let eos = Eos::Gray(Gray::new(set.parameters()).map_err(named("set"))?);
+            Ok(EosResult { eos, source: set.source().into(), fit: None })
+        }
+        (None, Some(m)) => {
+            let parameters = mie_gruneisen::Parameters {
+                density: m.density.si(),
+                sound_speed: m.sound_speed.si(),
+                slope: m.slope,
+                gruneisen: m.gruneisen,
+                heat_capacity: m.heat_capacity.si(),
+                reference_temperature: m.reference_temperature.si(),
+            };
+            let eos = Eos::MieGruneisen(MieGruneisen::new(parameters).map_err(named("mie_gruneisen"))?);
+            Ok(EosResult { eos, source: "parameters given in the pipeline".into(), fit: None })
+        }
+        _ => Err(Invalid::new(
+            "set",
+            "give either `set` (copper-royce, copper-paper-md, aluminium-paper) or `mie_gruneisen`",
+        )),
     }
 }

@@ -474,7 +474,7 @@ fn bad_parameters_are_named() {
 #[test]
 fn stored_form_is_the_parameters() {
     use hvi_kit::Artifact;
-    let result = hvi_eos::EosResult { eos: eos(Set::CopperRoyce), source: "test".into() };
+    let result = hvi_eos::EosResult { eos: eos(Set::CopperRoyce), source: "test".into(), fit: None };
     let bytes = result.encode();
     assert!(bytes.len() < 200, "{}", bytes.len());
     assert_eq!(hvi_eos::EosResult::decode(&bytes).unwrap(), result);

@@ -25,6 +25,14 @@ pub(super) struct Local {
     g: f64,
 }
 
+/// Matter held in one state of aggregation, superheated or undercooled as may be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[expect(missing_docs, reason = "the names say it")]
+pub enum Branch {
+    Solid,
+    Liquid,
+}
+
 /// A regime at one volume, with what the melting band needs.
 pub(super) enum Regime {
     Solid,
@@ -198,6 +206,19 @@ impl Local {
             t = next;
         }
         t
+    }
+
+    /// Temperature at `energy` if all were solid, or all liquid (hot or not), stable or not.
+    pub fn branch_temperature(&self, k: &Constants, energy: f64, branch: Branch) -> f64 {
+        if branch == Branch::Solid {
+            return root(0.5 * self.g, k.heat, energy - self.e0);
+        }
+        let hot = root(0.5 * self.g, k.heat - k.hot_slope, energy - self.e0 - self.tm * k.hot_offset);
+        if hot > k.hot_ratio * self.tm {
+            return hot;
+        }
+        let offset = self.tm * (k.entropy - 0.5 * k.alpha);
+        root(0.5 * (self.g - k.alpha / self.tm), k.heat, energy - self.e0 - offset)
     }
 
     /// Regime at temperature `t`.

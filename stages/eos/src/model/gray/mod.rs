@@ -12,6 +12,8 @@ mod parameters;
 mod vapour;
 pub use parameters::{GAS_CONSTANT, Parameters};
 
+pub use dense::Branch;
+
 use super::table::Table;
 use crate::{EosError, Phase, Point};
 use dense::{Local, Regime};
@@ -96,6 +98,13 @@ impl Gray {
     /// [`EosError`] where a parameter is not positive, the Grueneisen coefficient falls below 1/3 in range, liquid and
     /// vapour can't be joined at V_J, or the vapour's pressure would rise with volume at high temperature.
     pub fn new(parameters: Parameters) -> Result<Gray, EosError> {
+        let gray = Gray::dense(parameters)?;
+        gray.check_join()?;
+        Ok(gray)
+    }
+
+    /// As [`Gray::new`], but the vapour's join is left unchecked: what a fit to solid and liquid states may pass through.
+    pub(crate) fn dense(parameters: Parameters) -> Result<Gray, EosError> {
         parameters.check()?;
         let p = &parameters;
         let table = cold::table(p);
@@ -104,9 +113,23 @@ impl Gray {
         constants.stiffness = -end.p_v * p.volume;
         let join = join(p, &constants, &table);
         let vapour = Vapour::new(p, &constants, &join);
-        let gray = Gray { parameters, constants, table, vapour };
-        gray.check_join()?;
-        Ok(gray)
+        Ok(Gray { parameters, constants, table, vapour })
+    }
+
+    /// Temperature [K] at `volume` [m3/kg] and `energy` [J/kg] on one branch, stable or not; as at V_J beyond it.
+    pub fn branch_temperature(&self, volume: f64, energy: f64, branch: Branch) -> f64 {
+        self.local(self.ratio(volume).0).branch_temperature(&self.constants, energy, branch)
+    }
+
+    /// Everything at `volume` [m3/kg] and `temperature` [K] on one branch, stable or not; as at V_J beyond it.
+    pub fn branch_at(&self, volume: f64, temperature: f64, branch: Branch) -> Answer {
+        let local = self.local(self.ratio(volume).0);
+        let regime = match branch {
+            Branch::Solid => Regime::Solid,
+            Branch::Liquid if temperature > self.constants.hot_ratio * local.tm => Regime::HotLiquid,
+            Branch::Liquid => Regime::Liquid,
+        };
+        local.answer(&self.parameters, &self.constants, temperature, &regime)
     }
 
     /// The parameters.

@@ -1,0 +1,139 @@
+//! Stage `eos.gray`: GRAY from the states of molecular dynamics.
+//!
+//! `states.rs` what the fit sees; `two_stage.rs` the paper's two fits; `least_squares.rs` the minimiser; `report.rs` what came
+//! out and how sure it is.
+mod least_squares;
+mod report;
+mod states;
+#[cfg(test)]
+mod synthetic;
+mod two_stage;
+pub use report::{FitReport, FittedParameter, Residual};
+
+use crate::handbook::{COPPER_COHESION, COPPER_MOLAR_MASS};
+use crate::model::gray::Gray;
+use crate::{Eos, EosResult};
+use hvi_kit::units::{SpecificEnergy, Temperature};
+use hvi_kit::{Ctx, Invalid, Stage, StageError, inputs};
+use hvi_md::State;
+use serde::{Deserialize, Serialize};
+
+/// Why states give no equation of state.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("fit of GRAY: {0}")]
+pub struct FitError(pub String);
+
+/// Which temperature a state is held against.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Method {
+    /// T(V, E) of the equilibrium model, as published (eq 33): a superheated crystal counts as molten, which biases Tm0 high.
+    Published,
+    /// T(V, E) on the branch the state was seen in: a superheated crystal stays solid, Tm0 comes from the liquid's energy.
+    Labelled,
+}
+
+/// What the residuals are divided by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Weights {
+    /// The same for all states, as published. Right where the model's own misfit (GPa) outweighs the states' errors.
+    Uniform,
+    /// Each state's standard error.
+    Errors,
+}
+
+/// Parameters of the stage.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Params {
+    /// Which temperature a state is held against.
+    pub method: Method,
+    /// What the residuals are divided by.
+    pub weights: Weights,
+    /// Temperature of the reference state.
+    pub reference_temperature: Temperature,
+    /// Energy of the dilute gas at T -> 0 above the reference state; sets the vapour only. Default: copper's.
+    pub cohesive_energy: SpecificEnergy,
+    /// Resamplings of the isochores for the errors; 0: covariance only.
+    pub bootstrap: u32,
+}
+impl Default for Params {
+    fn default() -> Params {
+        Params {
+            method: Method::Labelled,
+            weights: Weights::Uniform,
+            reference_temperature: Temperature::new(300.0),
+            cohesive_energy: SpecificEnergy::new(COPPER_COHESION / COPPER_MOLAR_MASS),
+            bootstrap: 100,
+        }
+    }
+}
+
+inputs! {
+    /// Inputs of the stage.
+    pub struct Inputs {
+        /// States of one metal, solid and liquid.
+        states: Vec<State>,
+    }
+}
+
+/// The stage.
+pub struct Fitting;
+impl Stage for Fitting {
+    const NAME: &'static str = "eos.gray";
+    const SUMMARY: &'static str =
+        "GRAY equation of state, fitted to molecular dynamics (two constrained least-squares fits)";
+    type Params = Params;
+    type Inputs = Inputs;
+    type Output = EosResult;
+
+    fn check(params: &Params) -> Result<(), Invalid> {
+        let positive = |key: &str, value: f64, unit: &str| match value > 0.0 {
+            true => Ok(()),
+            false => Err(Invalid::new(key, format!("is {value} {unit}, must be positive"))),
+        };
+        positive("reference_temperature", params.reference_temperature.si(), "K")?;
+        positive("cohesive_energy", params.cohesive_energy.si(), "J/kg")?;
+        match params.bootstrap <= 10_000 {
+            true => Ok(()),
+            false => Err(Invalid::new("bootstrap", format!("is {}, at most 10000", params.bootstrap))),
+        }
+    }
+
+    fn cost(params: &Params) -> f64 {
+        0.3 + 0.03 * f64::from(params.bootstrap)
+    }
+
+    fn run(params: &Params, inputs: Inputs, ctx: &Ctx<'_>) -> Result<EosResult, StageError> {
+        fit(params, &inputs.states, ctx)
+    }
+}
+
+/// Fits GRAY to `states`.
+///
+/// # Errors
+/// [`StageError::Physics`] with a [`FitError`]'s text where the states can't determine a parameter, or the fitted model fails its
+/// own checks; [`StageError::Cancelled`].
+pub fn fit(params: &Params, states: &[State], ctx: &Ctx<'_>) -> Result<EosResult, StageError> {
+    let data =
+        states::Data::new(states, params.reference_temperature.si(), params.weights).map_err(StageError::physics)?;
+    let start = two_stage::start(&data, params.cohesive_energy.si(), params.reference_temperature.si());
+    let fit = two_stage::fit(&data.rows, &start, params.method, true).map_err(StageError::physics)?;
+    let p = fit.gray.parameters().clone();
+    let densest = data.rows.iter().map(|r| 1.0 - r.volume / p.volume).fold(0.0, f64::max);
+    if p.slope * densest > 0.92 {
+        return Err(StageError::physics(FitError(format!(
+            "S = {:.3} puts the pole of the Hugoniot at x = {:.3}, next to the densest state at x = {densest:.3} (S x at \
+             most 0.92): leave out the densest states",
+            p.slope,
+            1.0 / p.slope
+        ))));
+    }
+    let gray = Gray::new(p).map_err(StageError::physics)?;
+    let shifted = two_stage::with_other_volume(&data, gray.parameters(), params.method);
+    let bootstrap = report::bootstrap(&data, gray.parameters(), params, ctx)?;
+    let report = FitReport::new(&data, &fit, shifted.as_ref(), params, &bootstrap);
+    let source = format!("fitted to {} states of molecular dynamics", states.len());
+    Ok(EosResult { eos: Eos::Gray(gray), source, fit: Some(report) })
+}

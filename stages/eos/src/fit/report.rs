@@ -1,0 +1,218 @@
+//! What came out of the fit, and how sure it is: parameters, errors, correlations, residuals.
+use super::states::Data;
+use super::two_stage::{self, Fit};
+use super::{Method, Params, Weights};
+use crate::model::gray::{Branch, Parameters};
+use hvi_kit::{Ctx, StageError};
+use serde::{Deserialize, Serialize};
+
+/// A fitted parameter, in the paper's units.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FittedParameter {
+    /// The paper's symbol.
+    pub symbol: String,
+    /// The paper's unit.
+    pub unit: String,
+    /// Its value.
+    pub value: f64,
+    /// Standard error from the covariance at the minimum, residuals taken as independent, and from the error of V0, in
+    /// quadrature. (Of V0: from the pressure's error.)
+    pub error: f64,
+    /// Standard error from resampling whole isochores; `None` where it was not asked for, and for V0.
+    pub bootstrap_error: Option<f64>,
+}
+impl FittedParameter {
+    /// The larger of the two errors: what to quote.
+    pub fn quoted_error(&self) -> f64 {
+        self.error.max(self.bootstrap_error.unwrap_or(0.0))
+    }
+}
+
+/// A state against the model at the same volume.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Residual {
+    /// V/V0.
+    pub ratio: f64,
+    /// Temperature of the state [K].
+    pub temperature: f64,
+    /// Whether the state was seen solid.
+    pub solid: bool,
+    /// Pressure of the state [Pa].
+    pub pressure: f64,
+    /// The model's pressure at the state's (V, T), on its branch [Pa].
+    pub model_pressure: f64,
+    /// The model's temperature at the state's (V, E), by the method of the fit [K].
+    pub model_temperature: f64,
+}
+
+/// The fit, for people and for later stages.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FitReport {
+    /// V0, C, S, gamma0, a, g_e, Tm, in the order of the paper's Table 1.
+    pub parameters: Vec<FittedParameter>,
+    /// Correlations of the logarithms of C, S, gamma0, a: `[4][4]`.
+    pub pressure_correlations: Vec<Vec<f64>>,
+    /// Correlation of the logarithms of Tm0 and g_e.
+    pub temperature_correlation: f64,
+    /// Condition number of the pressure fit, columns scaled.
+    pub condition: f64,
+    /// Every state, in the order given.
+    pub residuals: Vec<Residual>,
+    /// Resamplings that could be fitted.
+    pub resamplings: u32,
+    /// Decisions a reader must know, one sentence each.
+    pub notes: Vec<String>,
+}
+
+/// Parameters of each resampling of the isochores: `[resampling][C, S, gamma0, a, Tm0, G0]`.
+///
+/// States of one isochore come from one run and one lattice: they err together, so whole isochores are drawn, with
+/// replacement; and V0 is drawn within its own error, from a sum of twelve uniform numbers.
+pub(super) fn bootstrap(
+    data: &Data,
+    best: &Parameters,
+    params: &Params,
+    ctx: &Ctx<'_>,
+) -> Result<Vec<[f64; 6]>, StageError> {
+    let mut seed: u64 = 0x9e37_79b9_7f4a_7c15;
+    let mut draw = |n: usize| {
+        seed ^= seed << 13;
+        seed ^= seed >> 7;
+        seed ^= seed << 17;
+        ((u128::from(seed) * n as u128) >> 64) as usize
+    };
+    let mut found = Vec::new();
+    for i in 0..params.bootstrap {
+        ctx.tick(f64::from(i), f64::from(params.bootstrap), "resampling isochores")?;
+        let normal = (0..12).map(|_| draw(1 << 20) as f64 / (1 << 20) as f64).sum::<f64>() - 6.0;
+        let start = Parameters { volume: data.volume.0 + normal * data.volume.1, ..best.clone() };
+        let mut sample = Data { rows: Vec::new(), ..data.clone() };
+        for _ in 0..data.isochores {
+            let pick = draw(data.isochores);
+            sample.rows.extend(data.rows.iter().filter(|r| r.isochore == pick).cloned());
+        }
+        // A draw that can't determine the parameters says nothing of their spread.
+        if sample.check().is_err() {
+            continue;
+        }
+        if let Ok(fit) = two_stage::fit(&sample.rows, &start, params.method, false) {
+            found.push(fitted_values(fit.gray.parameters()));
+        }
+    }
+    Ok(found)
+}
+
+/// C, S, gamma0, a, Tm0, G0.
+fn fitted_values(p: &Parameters) -> [f64; 6] {
+    [p.sound_speed, p.slope, p.gruneisen, p.gruneisen_slope, p.melting_temperature, p.electronic]
+}
+
+impl FitReport {
+    pub(super) fn new(
+        data: &Data,
+        fit: &Fit,
+        shifted: Option<&Parameters>,
+        params: &Params,
+        bootstrap: &[[f64; 6]],
+    ) -> FitReport {
+        let p = fit.gray.parameters();
+        let shift: [f64; 6] = shifted.map_or([0.0; 6], |s| {
+            let (best, other) = (fitted_values(p), fitted_values(s));
+            std::array::from_fn(|k| other[k] / best[k] - 1.0)
+        });
+        let relative = |covariance: &Option<Vec<Vec<f64>>>, k: usize, column: usize| {
+            covariance.as_ref().map_or(f64::INFINITY, |c| (c[k][k] + shift[column] * shift[column]).sqrt())
+        };
+        let spread = |k: usize| (bootstrap.len() >= 10).then(|| deviation(bootstrap.iter().map(|b| b[k])));
+        let fitted = |symbol: &str, unit: &str, scale: f64, value: f64, error: f64, column: usize| FittedParameter {
+            symbol: symbol.into(),
+            unit: unit.into(),
+            value: value * scale,
+            error: error * value * scale,
+            bootstrap_error: spread(column).map(|s| s * scale),
+        };
+        let first = |k| relative(&fit.pressure.covariance, k, k);
+        let second = |k| relative(&fit.temperature.covariance, k, 4 + k);
+        let mut volume = fitted("V0", "cm3/g", 1e3, p.volume, data.volume.1 / p.volume, 0);
+        volume.bootstrap_error = None;
+        FitReport {
+            parameters: vec![
+                volume,
+                fitted("C", "cm/us", 1e-4, p.sound_speed, first(0), 0),
+                fitted("S", "", 1.0, p.slope, first(1), 1),
+                fitted("gamma0", "", 1.0, p.gruneisen, first(2), 2),
+                fitted("a", "", 1.0, p.gruneisen_slope, first(3), 3),
+                fitted("g_e", "kJ/mol/K2", 1e-3 * p.molar_mass, p.electronic, second(1), 5),
+                fitted("T_m", "K", 1.0, p.melting_temperature, second(0), 4),
+            ],
+            pressure_correlations: correlations(&fit.pressure.covariance),
+            temperature_correlation: correlations(&fit.temperature.covariance).first().map_or(0.0, |row| row[1]),
+            condition: fit.pressure.condition,
+            residuals: residuals(data, fit, params.method),
+            resamplings: bootstrap.len() as u32,
+            notes: notes(params),
+        }
+    }
+
+    /// Root mean square and largest of the solid states' pressure residuals [Pa].
+    pub fn pressure_misfit(&self) -> (f64, f64) {
+        misfit(self.residuals.iter().filter(|r| r.solid).map(|r| r.model_pressure - r.pressure))
+    }
+    /// Root mean square and largest of all states' temperature residuals [K].
+    pub fn temperature_misfit(&self) -> (f64, f64) {
+        misfit(self.residuals.iter().map(|r| r.model_temperature - r.temperature))
+    }
+}
+
+fn residuals(data: &Data, fit: &Fit, method: Method) -> Vec<Residual> {
+    let of = |r: &super::states::Row| Residual {
+        ratio: r.volume / data.volume.0,
+        temperature: r.temperature,
+        solid: r.branch == Branch::Solid,
+        pressure: r.pressure,
+        model_pressure: fit.gray.branch_at(r.volume, r.temperature, r.branch).pressure,
+        model_temperature: two_stage::temperature(&fit.gray, r, method),
+    };
+    data.rows.iter().map(of).collect()
+}
+
+fn notes(params: &Params) -> Vec<String> {
+    let method = match params.method {
+        Method::Published => {
+            "T is that of the equilibrium model at (V, E), as published: superheated crystals count as molten, so T_m is biased high."
+        }
+        Method::Labelled => {
+            "T is that of the branch (solid or liquid) each state was seen in: superheating of the crystal does not enter, T_m comes \
+             from the liquid's energy."
+        }
+    };
+    let weights = match params.weights {
+        Weights::Uniform => {
+            "All states weigh alike, as published: the model's own misfit outweighs the statistical errors of the states."
+        }
+        Weights::Errors => "States weigh by their standard errors.",
+    };
+    let classical = "The states are classical and without electrons: g_e absorbs the anharmonicity of the lattice, it is no electronic heat, and the heat capacity at 300 K is 3R rather than the measured 2.94 R.";
+    [method, weights, classical].map(String::from).into()
+}
+
+fn misfit(residuals: impl Iterator<Item = f64>) -> (f64, f64) {
+    let (mut sum, mut worst, mut n) = (0.0, 0.0f64, 0usize);
+    for r in residuals {
+        sum += r * r;
+        worst = worst.max(r.abs());
+        n += 1;
+    }
+    ((sum / n.max(1) as f64).sqrt(), worst)
+}
+
+fn deviation(x: impl Iterator<Item = f64> + Clone) -> f64 {
+    let n = x.clone().count() as f64;
+    let mean = x.clone().sum::<f64>() / n;
+    (x.map(|x| (x - mean) * (x - mean)).sum::<f64>() / (n - 1.0)).sqrt()
+}
+
+fn correlations(covariance: &Option<Vec<Vec<f64>>>) -> Vec<Vec<f64>> {
+    let Some(c) = covariance else { return Vec::new() };
+    (0..c.len()).map(|a| (0..c.len()).map(|b| c[a][b] / (c[a][a] * c[b][b]).sqrt()).collect()).collect()
+}

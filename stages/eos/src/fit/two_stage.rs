@@ -1,0 +1,149 @@
+//! The paper's two fits: pressure of the solid by (C, S, gamma0, a), temperature of all states by (Tm0, g_e).
+//!
+//! Liu, Wang, Zhang (2013), eqs 31-34. The constraints (all parameters positive) hold by fitting logarithms.
+use super::least_squares::{Minimum, minimise};
+use super::states::{Data, Row};
+use super::{FitError, Method};
+use crate::model::gray::{Branch, Gray, Parameters};
+
+/// Both minima and the parameters they make.
+pub(super) struct Fit {
+    pub gray: Gray,
+    /// C, S, gamma0, a.
+    pub pressure: Minimum,
+    /// Tm0, G0. Its covariance holds, in the first fit from a scan, the error of the pressure parameters too.
+    pub temperature: Minimum,
+}
+
+/// Rounds of the two fits: the first needs G0 for the electrons' small pressure, the second needs the cold curve.
+const ROUNDS: usize = 3;
+
+/// Fits `rows` from `start`; `scan` looks for Tm0 over its whole range before the search.
+pub(super) fn fit(rows: &[Row], start: &Parameters, method: Method, scan: bool) -> Result<Fit, FitError> {
+    let solids: Vec<&Row> = rows.iter().filter(|r| r.branch == Branch::Solid).collect();
+    let mut p = start.clone();
+    let rounds = if scan { ROUNDS } else { 1 };
+    for round in 1..=rounds {
+        let first = [p.sound_speed, p.slope, p.gruneisen, p.gruneisen_slope];
+        let pressure = minimise(&first, solids.len(), |x| pressure_residuals(&solids, &with_pressure(&p, x)));
+        settled(&pressure, "pressure of the solid states by C, S, gamma0, a")?;
+        p = with_pressure(&p, &pressure.parameters);
+        let second =
+            if scan && round == 1 { scan_melting(rows, &p, method)? } else { [p.melting_temperature, p.electronic] };
+        let mut temperature =
+            minimise(&second, rows.len(), |x| temperature_residuals(rows, &with_temperature(&p, x), method));
+        settled(&temperature, "temperature of all states by Tm0, g_e")?;
+        p = with_temperature(&p, &temperature.parameters);
+        if round == rounds {
+            if scan {
+                add_pressure_errors(rows, &p, method, &pressure, &mut temperature);
+            }
+            let gray = Gray::dense(p).map_err(|e| FitError(e.to_string()))?;
+            return Ok(Fit { gray, pressure, temperature });
+        }
+    }
+    unreachable!("the last round returns")
+}
+
+/// Where the search starts: C from the bulk modulus, S and gamma0 typical of close-packed metals, a = gamma0 - 1/2, free-electron heat.
+pub(super) fn start(data: &Data, cohesive_energy: f64, reference_temperature: f64) -> Parameters {
+    let (v0, c) = (data.volume.0, (data.bulk_modulus * data.volume.0).sqrt());
+    let mut p = Parameters::metal(v0, c, 1.4, 2.0, 1.5, 7e-4, 2000.0, data.molar_mass, 1.0);
+    p.cohesive_energy = cohesive_energy;
+    p.reference_temperature = reference_temperature;
+    p
+}
+
+/// Adds to the covariance of (Tm0, G0) what the errors of (C, S, gamma0, a) do to them through the cold curve: D C D', with
+/// D the change of the second fit's logarithms by the first's, from refits one standard error away.
+fn add_pressure_errors(rows: &[Row], p: &Parameters, method: Method, pressure: &Minimum, temperature: &mut Minimum) {
+    let (Some(first), Some(second)) = (&pressure.covariance, &mut temperature.covariance) else { return };
+    let best = [p.melting_temperature, p.electronic];
+    let slopes: Vec<[f64; 2]> = (0..4)
+        .map(|j| {
+            let mut x = pressure.parameters.clone();
+            let step = first[j][j].sqrt();
+            x[j] *= 1.0 + step;
+            let other = with_pressure(p, &x);
+            let refit =
+                minimise(&best, rows.len(), |x| temperature_residuals(rows, &with_temperature(&other, x), method));
+            [0, 1].map(|k| (refit.parameters[k] / best[k] - 1.0) / step)
+        })
+        .collect();
+    for (k, l) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+        for (i, j) in (0..4).flat_map(|i| (0..4).map(move |j| (i, j))) {
+            second[k][l] += slopes[i][k] * first[i][j] * slopes[j][l];
+        }
+    }
+}
+
+/// The fitted parameters if V0 were one standard error larger: what its error does to the others.
+pub(super) fn with_other_volume(data: &Data, best: &Parameters, method: Method) -> Option<Parameters> {
+    let start = Parameters { volume: data.volume.0 + data.volume.1, ..best.clone() };
+    fit(&data.rows, &start, method, false).ok().map(|fit| fit.gray.parameters().clone())
+}
+
+fn with_pressure(p: &Parameters, x: &[f64]) -> Parameters {
+    Parameters { sound_speed: x[0], slope: x[1], gruneisen: x[2], gruneisen_slope: x[3], ..p.clone() }
+}
+fn with_temperature(p: &Parameters, x: &[f64]) -> Parameters {
+    Parameters { melting_temperature: x[0], electronic: x[1], ..p.clone() }
+}
+
+/// P(V, T) of the solid minus the states', over their scales.
+fn pressure_residuals(solids: &[&Row], p: &Parameters) -> Option<Vec<f64>> {
+    let gray = Gray::dense(p.clone()).ok()?;
+    let residual =
+        |r: &&Row| (gray.branch_at(r.volume, r.temperature, Branch::Solid).pressure - r.pressure) / r.pressure_scale;
+    Some(solids.iter().map(residual).collect())
+}
+
+/// T(V, E) minus the states', over their scales.
+fn temperature_residuals(rows: &[Row], p: &Parameters, method: Method) -> Option<Vec<f64>> {
+    let gray = Gray::dense(p.clone()).ok()?;
+    Some(rows.iter().map(|r| (temperature(&gray, r, method) - r.temperature) / r.temperature_scale).collect())
+}
+
+/// The model's temperature at a state's volume and energy.
+pub(super) fn temperature(gray: &Gray, row: &Row, method: Method) -> f64 {
+    match method {
+        Method::Published => gray.point(row.volume, row.energy).temperature,
+        Method::Labelled => gray.branch_temperature(row.volume, row.energy, row.branch),
+    }
+}
+
+/// Tm0 and G0 of the least sum of squares on a coarse grid: from too high a Tm0 nothing is molten, and the search is blind.
+fn scan_melting(rows: &[Row], p: &Parameters, method: Method) -> Result<[f64; 2], FitError> {
+    let mut best = (f64::INFINITY, [p.melting_temperature, p.electronic]);
+    for step in 0..40 {
+        // 500 K to 8000 K.
+        let tm = 500.0 * hvi_kit::math::pow(16.0, f64::from(step) / 39.0);
+        for share in [0.3, 1.0, 2.0] {
+            let x = [tm, share * p.electronic];
+            let Some(residuals) = temperature_residuals(rows, &with_temperature(p, &x), method) else { continue };
+            let sum: f64 = residuals.iter().map(|r| r * r).sum();
+            if sum < best.0 {
+                best = (sum, x);
+            }
+        }
+    }
+    if best.0.is_finite() {
+        Ok(best.1)
+    } else {
+        Err(FitError("no Tm0 between 500 K and 8000 K makes a valid model".into()))
+    }
+}
+
+/// Refuses a search that did not end, or whose data do not tell its parameters apart.
+fn settled(minimum: &Minimum, what: &str) -> Result<(), FitError> {
+    if !minimum.converged {
+        return Err(FitError(format!("the fit of the {what} did not converge from {:?}", minimum.parameters)));
+    }
+    if minimum.condition > 1e4 {
+        return Err(FitError(format!(
+            "the states do not determine the parameters in the fit of the {what}: condition number {:.1e} (1e4 at most)",
+            minimum.condition
+        )));
+    }
+    Ok(())
+}
