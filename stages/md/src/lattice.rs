@@ -5,6 +5,9 @@ use hvi_kit::math::{bisect, cbrt};
 /// Atoms in the cubic cell, in units of its edge.
 const BASIS: [[f64; 3]; 4] = [[0.0, 0.0, 0.0], [0.0, 0.5, 0.5], [0.5, 0.0, 0.5], [0.5, 0.5, 0.0]];
 
+/// Distance of nearest sites, in units of the edge: the root of 1/2.
+pub const NEAREST: f64 = std::f64::consts::FRAC_1_SQRT_2;
+
 /// Sites of `cells`^3 cubic cells of edge `edge` [angstrom], x fastest by cell: `[4 cells^3][3]`.
 pub fn sites(cells: usize, edge: f64) -> Vec<[f64; 3]> {
     let mut sites = Vec::with_capacity(4 * cells * cells * cells);

@@ -1,23 +1,54 @@
 //! Molecular dynamics of a metal: one (V, T) state with its pressure, energy and their errors.
 //!
-//! `params.rs` what is asked; `state.rs` what comes out; `potential/` formulas, one file each; `table.rs` the same as
-//! tables; `lattice.rs` the crystal at rest; `lanes/` eight doubles at a time; `neighbor.rs` who is near whom;
-//! `force.rs` energy and forces; `system.rs` the atoms and their motion; `thermostat.rs` the heat bath.
+//! `params.rs` what is asked; `run.rs` a run from beginning to end; `state.rs` what comes out; `potential/` formulas, one
+//! file each; `table.rs` the same as tables; `lattice.rs` the crystal at rest; `lanes/` eight doubles at a time;
+//! `neighbor.rs` who is near whom; `force.rs` energy and forces; `system.rs` the atoms and their motion; `thermostat.rs`
+//! the heat bath; `averaging.rs` means and errors; `order.rs` solid or liquid; `fault.rs` what can go wrong.
+pub mod averaging;
 mod fault;
 mod force;
 pub mod lanes;
 pub mod lattice;
 mod neighbor;
+pub mod order;
+mod params;
 pub mod potential;
 mod random;
+pub mod run;
 mod state;
 mod system;
 mod table;
 mod thermostat;
 pub mod units;
 pub use fault::Fault;
+pub use params::Params;
 pub use potential::Potential;
 pub use state::{Phase, State};
 pub use system::System;
 pub use table::Tables;
 pub use thermostat::Chain;
+
+use hvi_kit::{Ctx, Invalid, Stage, StageError};
+
+/// The stage `md`: one state of a metal at a volume and a temperature.
+pub struct Md;
+
+impl Stage for Md {
+    const NAME: &'static str = "md";
+    const SUMMARY: &'static str = "pressure and energy of a metal at one volume and temperature, by molecular dynamics with an embedded-atom potential";
+    type Params = Params;
+    type Inputs = ();
+    type Output = State;
+
+    fn check(params: &Params) -> Result<(), Invalid> {
+        params.check()
+    }
+
+    fn cost(params: &Params) -> f64 {
+        params.cost()
+    }
+
+    fn run(params: &Params, (): (), ctx: &Ctx<'_>) -> Result<State, StageError> {
+        run::state(params, lanes::Isa::best(), ctx)
+    }
+}

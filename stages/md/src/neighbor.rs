@@ -116,10 +116,10 @@ impl Kernel for Build<'_> {
                 for &(from, to) in &runs {
                     let mut j = from;
                     while j < to {
-                        let [dx, dy, dz] = [0, 1, 2].map(|k| {
-                            let d = l.sub(at[k], l.load(eight(&axes[k], j as usize)));
-                            l.fnma(l.round(l.mul(d, per_edge)), edge, d)
-                        });
+                        let periodic = [edge, per_edge];
+                        let dx = nearest_image(l, at[0], eight(&axes[0], j as usize), periodic);
+                        let dy = nearest_image(l, at[1], eight(&axes[1], j as usize), periodic);
+                        let dz = nearest_image(l, at[2], eight(&axes[2], j as usize), periodic);
                         let r2 = l.fma(dz, dz, l.fma(dy, dy, l.mul(dx, dx)));
                         let within = l.less(r2, far2) & if to - j < 8 { (1 << (to - j)) - 1 } else { 255 };
                         if within != 0 {
@@ -138,6 +138,13 @@ impl Kernel for Build<'_> {
             }
         }
     }
+}
+
+/// `at - other` along one axis, of the nearest images. (No closure: kernels' code must be inlined whole.)
+#[inline(always)]
+fn nearest_image<L: Lanes>(l: L, at: L::F, other: &[f64; 8], [edge, per_edge]: [L::F; 2]) -> L::F {
+    let d = l.sub(at, l.load(other));
+    l.fnma(l.round(l.mul(d, per_edge)), edge, d)
 }
 
 impl List {

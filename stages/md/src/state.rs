@@ -1,6 +1,6 @@
 //! What a run of molecular dynamics leaves: one equilibrium state.
 use hvi_kit::Artifact;
-use hvi_kit::view::Scalar;
+use hvi_kit::view::{Cell, Scalar};
 use serde::{Deserialize, Serialize};
 
 /// Whether the atoms are on a lattice.
@@ -13,6 +13,9 @@ pub enum Phase {
 }
 
 /// One equilibrium state: averages over a run at fixed volume and temperature, with standard errors.
+///
+/// Pressure and energy are those of a large piece of metal: the motion of the centre of mass, which the run lacks, is
+/// added (see [`crate::averaging`]).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct State {
     /// Specific volume [m3/kg].
@@ -39,11 +42,39 @@ pub struct State {
     pub atoms: u32,
     /// Time averaged over [s].
     pub averaged: f64,
+    /// Steps taken in all, equilibration included.
+    pub steps: u64,
+    /// Whether averages are harmonically mapped (solids whose atoms all stayed at their sites), or plain.
+    pub mapped: bool,
+    /// Whether the pressure's standard error came down to what was asked; else the longest time was spent.
+    pub on_target: bool,
+    /// Translational order, 1 in a crystal at rest, 1/atoms where there is no lattice (see [`crate::order`]).
+    pub order: f64,
+    /// Root mean square way of atoms from their sites, over the distance of nearest sites.
+    pub displacement: f64,
 }
 
 impl Artifact for State {
     const KIND: &'static str = "md-state/1";
     fn scalars(&self) -> Vec<Scalar> {
-        vec![Scalar::number("pressure", self.pressure / 1e9, "GPa")]
+        let uncertain = |name: &str, value: f64, error: f64, unit: &str| Scalar {
+            name: name.into(),
+            unit: unit.into(),
+            value: Cell::Uncertain(value, error),
+        };
+        let phase = match self.phase {
+            Phase::Solid => "solid",
+            Phase::Liquid => "liquid",
+        };
+        vec![
+            Scalar::number("V/V0", self.volume / self.lattice_volume, ""),
+            uncertain("temperature", self.temperature, self.temperature_error, "K"),
+            uncertain("pressure", self.pressure / 1e9, self.pressure_error / 1e9, "GPa"),
+            uncertain("energy", self.energy / 1e3, self.energy_error / 1e3, "kJ/kg"),
+            Scalar::text("phase", phase),
+            Scalar::number("averaged", self.averaged * 1e12, "ps"),
+            Scalar::number("steps", self.steps as f64, ""),
+            Scalar::text("error target", if self.on_target { "met" } else { "missed" }),
+        ]
     }
 }

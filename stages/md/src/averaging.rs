@@ -1,0 +1,123 @@
+//! Averages over a run, plain or harmonically mapped, with standard errors.
+//!
+//! In the harmonic limit the force on an atom says how its potential energy differs from the mean, so that
+//! `Y = sum F.(x - site) + 3 (N-1) k T`, whose mean is exactly 0 in any crystal, carries most of the noise:
+//! `E = <U + Y/2> + 3/2 (N-1) k T` and `P = <W + c Y> + (N-1) k T/V`, W the virial over 3V, with c by regression
+//! (S. G. Moustafa, A. J. Schultz and D. A. Kofke, Phys. Rev. E 92, 043303 (2015); as a control variate).
+//!
+//! The centre of mass is at rest, so 3 of 3N modes are missing. In a crystal each holds 3 kT/3 and presses with gamma
+//! times that, and c V is gamma - 1/3: `3 k T` and `(3 c + 1/V) k T` are added. In a liquid only the motion is missing:
+//! `3/2 k T` and `k T/V`.
+use hvi_kit::math::block_mean;
+
+/// What is kept of each step, one a step.
+#[derive(Clone, Debug, Default)]
+pub struct Series {
+    /// Potential energy [eV].
+    pub energy: Vec<f64>,
+    /// Virial over three volumes [eV/angstrom3].
+    pub pressure: Vec<f64>,
+    /// Sum of F.(x - site) [eV].
+    pub site_virial: Vec<f64>,
+    /// Temperature of the motion [K].
+    pub temperature: Vec<f64>,
+}
+
+/// A mean and its standard error.
+#[derive(Clone, Copy, Debug)]
+pub struct Mean {
+    /// The mean.
+    pub value: f64,
+    /// Its standard error.
+    pub error: f64,
+}
+
+/// The box that was averaged over.
+#[derive(Clone, Copy, Debug)]
+pub struct Cube {
+    /// Number of atoms.
+    pub atoms: f64,
+    /// Volume [angstrom3].
+    pub volume: f64,
+    /// k_B T of the heat bath [eV].
+    pub thermal: f64,
+}
+
+/// Mean energy [eV] of all atoms, and pressure [eV/angstrom3].
+#[derive(Clone, Copy, Debug)]
+pub struct Averages {
+    /// Energy, kinetic energy included [eV].
+    pub energy: Mean,
+    /// Pressure [eV/angstrom3].
+    pub pressure: Mean,
+}
+
+/// Mean and standard error that accounts for correlation.
+pub fn mean(x: &[f64]) -> Mean {
+    let (value, error) = block_mean(x);
+    Mean { value, error }
+}
+
+impl Series {
+    /// Forgets all samples.
+    pub fn clear(&mut self) {
+        *self = Series::default();
+    }
+
+    /// Plain averages: right for any phase.
+    pub fn plain(&self, cube: Cube) -> Averages {
+        let (mut energy, mut pressure) = (mean(&self.energy), mean(&self.pressure));
+        energy.value += 1.5 * cube.atoms * cube.thermal;
+        pressure.value += cube.atoms * cube.thermal / cube.volume;
+        Averages { energy, pressure }
+    }
+
+    /// Harmonically mapped averages: for a crystal whose atoms all stayed at their sites.
+    pub fn mapped(&self, cube: Cube) -> Averages {
+        let modes = cube.atoms - 1.0;
+        let control: Vec<f64> = self.site_virial.iter().map(|y| y + 3.0 * modes * cube.thermal).collect();
+        let c = -slope(&self.pressure, &control);
+        let corrected = |of: &[f64], c: f64| mean(&of.iter().zip(&control).map(|(x, y)| x + c * y).collect::<Vec<_>>());
+        let (mut energy, mut pressure) = (corrected(&self.energy, 0.5), corrected(&self.pressure, c));
+        energy.value += (1.5 * modes + 3.0) * cube.thermal;
+        pressure.value += (modes / cube.volume + 3.0 * c + 1.0 / cube.volume) * cube.thermal;
+        Averages { energy, pressure }
+    }
+}
+
+/// Slope of y over x by least squares; 0 where x doesn't vary.
+fn slope(y: &[f64], x: &[f64]) -> f64 {
+    let n = x.len() as f64;
+    let (mx, my) = (x.iter().sum::<f64>() / n, y.iter().sum::<f64>() / n);
+    let (mut xx, mut xy) = (0.0, 0.0);
+    for (x, y) in x.iter().zip(y) {
+        xx += (x - mx) * (x - mx);
+        xy += (x - mx) * (y - my);
+    }
+    if xx > 0.0 { xy / xx } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Random;
+
+    /// A harmonic crystal by hand: U = -S/2 and W = w0 - S g/V, S the site virial, itself -kT times a chi-squared of
+    /// 3(N-1) degrees of freedom. Mapped averages have no noise at all: E = 3NkT and P = w0 + (3g + 1) NkT/V.
+    #[test]
+    fn harmonic_crystal_is_exact() {
+        let (cube, g, w0) = (Cube { atoms: 10.0, volume: 100.0, thermal: 0.1 }, 1.4, 0.02);
+        let mut random = Random::new(1);
+        let mut series = Series::default();
+        for _ in 0..200 {
+            let s: f64 = -cube.thermal * (0..27).map(|_| random.normal()).map(|x| x * x).sum::<f64>();
+            series.energy.push(-0.5 * s);
+            series.pressure.push(w0 - g * s / cube.volume);
+            series.site_virial.push(s);
+        }
+        let mapped = series.mapped(cube);
+        assert!((mapped.energy.value - 3.0).abs() < 1e-12 && mapped.energy.error < 1e-12, "{mapped:?}");
+        let expected = w0 + (3.0 * g + 1.0) * 10.0 * 0.1 / 100.0;
+        assert!((mapped.pressure.value - expected).abs() < 1e-12 && mapped.pressure.error < 1e-12, "{mapped:?}");
+    }
+}

@@ -1,0 +1,137 @@
+//! What is asked of a run.
+use crate::potential::Potential;
+use crate::system::LEAST_SKIN;
+use crate::{lattice, run};
+use hvi_kit::Invalid;
+use hvi_kit::units::{Pressure, Temperature, Time};
+use serde::{Deserialize, Serialize};
+
+/// Parameters of the stage `md`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Params {
+    /// How atoms act on each other.
+    pub potential: Potential,
+    /// Number of atoms, 4 n^3: a cube of n^3 face-centred cells.
+    #[serde(default = "defaults::atoms")]
+    pub atoms: u32,
+    /// Volume over that of the lattice at 0 K without pressure, 0.45 to 1.7.
+    pub volume_ratio: f64,
+    /// Temperature of the heat bath, above 0 and up to 20,000 K.
+    pub temperature: Temperature,
+    /// Time step, 0.1 to 10 fs.
+    #[serde(default = "defaults::time_step")]
+    pub time_step: Time,
+    /// Time that is run before averaging, from the lattice at rest and velocities at twice the temperature.
+    #[serde(default = "defaults::equilibration")]
+    pub equilibration: Time,
+    /// Standard error of the pressure to stop at.
+    #[serde(default = "defaults::target_error")]
+    pub target_error: Pressure,
+    /// Averaging goes on at least so long.
+    #[serde(default = "defaults::shortest")]
+    pub shortest: Time,
+    /// Averaging goes on no longer than this, whether the target is reached or not.
+    #[serde(default = "defaults::longest")]
+    pub longest: Time,
+    /// Seed of the first velocities.
+    #[serde(default = "defaults::seed")]
+    pub seed: u64,
+}
+
+mod defaults {
+    use hvi_kit::units::{Pressure, Time};
+    pub fn atoms() -> u32 {
+        500
+    }
+    pub fn time_step() -> Time {
+        Time::new(2e-15)
+    }
+    pub fn equilibration() -> Time {
+        Time::new(1e-12)
+    }
+    pub fn target_error() -> Pressure {
+        Pressure::new(1e8)
+    }
+    pub fn shortest() -> Time {
+        Time::new(1e-12)
+    }
+    pub fn longest() -> Time {
+        Time::new(60e-12)
+    }
+    pub fn seed() -> u64 {
+        1
+    }
+}
+
+impl Params {
+    /// Cubic cells along an edge: the n of the 4 n^3 nearest to `atoms`.
+    pub fn cells(&self) -> usize {
+        let off = |n: &usize| (4 * n * n * n).abs_diff(self.atoms as usize);
+        (1..=1024).min_by_key(off).expect("the range is not empty")
+    }
+
+    /// The first parameter that is out of its range.
+    ///
+    /// # Errors
+    /// [`Invalid`] with the range, and the nearest number of atoms that will do.
+    pub fn check(&self) -> Result<(), Invalid> {
+        let within = |key: &str, value: f64, from: f64, to: f64, text: &str| {
+            if (from..=to).contains(&value) { Ok(()) } else { Err(Invalid::new(key, text)) }
+        };
+        within(
+            "volume_ratio",
+            self.volume_ratio,
+            0.45,
+            1.7,
+            &format!("{} is outside of 0.45 to 1.7", self.volume_ratio),
+        )?;
+        within("temperature", self.temperature.si(), 1.0, 2e4, "it must be 1 K to 20000 K")?;
+        within("time_step", self.time_step.si(), 1e-16, 1e-14, "it must be 0.1 fs to 10 fs")?;
+        within("equilibration", self.equilibration.si(), 0.0, 1e-9, "it must be 0 to 1 ns")?;
+        within("target_error", self.target_error.si(), 1e5, 1e12, "it must be 0.0001 GPa to 1000 GPa")?;
+        let least = run::LEAST_SAMPLES as f64 * self.time_step.si();
+        within("shortest", self.shortest.si(), least, 1e-8, &format!("it must be {least:e} s (50 steps) to 10 ns"))?;
+        within("longest", self.longest.si(), self.shortest.si(), 1e-8, "it must be from `shortest` to 10 ns")?;
+        self.check_atoms()
+    }
+
+    fn check_atoms(&self) -> Result<(), Invalid> {
+        let cells = self.cells();
+        let of = |n: usize| 4 * n * n * n;
+        if of(cells) != self.atoms as usize {
+            return Err(Invalid::new("atoms", format!("{} is not 4 n^3; the nearest is {}", self.atoms, of(cells))));
+        }
+        let edge = lattice::edge(self.potential, self.volume_ratio);
+        let needed = 2.0 * (self.potential.cutoff() + LEAST_SKIN);
+        if edge * (cells as f64) < needed {
+            let enough = (1..).find(|&n| edge * n as f64 >= needed).expect("some multiple is long enough");
+            return Err(Invalid::new(
+                "atoms",
+                format!(
+                    "{} atoms at volume_ratio {} fill a cube of {:.2} angstrom, but the potential reaches so far that it must be {needed:.2}: \
+                     take {} atoms or more",
+                    self.atoms,
+                    self.volume_ratio,
+                    edge * cells as f64,
+                    of(enough)
+                ),
+            ));
+        }
+        Ok(())
+    }
+
+    /// Predicted core-seconds, for AVX-512 at about 3 GHz.
+    pub fn cost(&self) -> f64 {
+        let step = self.time_step.si();
+        // standard error after 1 ps, as measured, is a plain one's where it is hot and a mapped one's where it is cold
+        let heat = self.temperature.si() / 1000.0;
+        let melting = 2.0 * (self.volume_ratio * self.volume_ratio * self.volume_ratio).recip();
+        let after_1_ps =
+            0.075e9 * heat * (500.0 / f64::from(self.atoms)).sqrt() * if heat > melting { 1.0 } else { 0.35 };
+        let ratio = after_1_ps / self.target_error.si();
+        let averaged = (ratio * ratio * 1e-12).clamp(self.shortest.si(), self.longest.si());
+        let nanoseconds = 110.0 + 80.0 / self.volume_ratio;
+        (self.equilibration.si() + averaged) / step * f64::from(self.atoms) * nanoseconds * 1e-9
+    }
+}

@@ -1,0 +1,195 @@
+//! One state from beginning to end: lattice, equilibration, averaging until the error is small enough.
+use crate::averaging::{Averages, Cube, Mean, Series, mean};
+use crate::lanes::Isa;
+use crate::lattice;
+use crate::order::{FARTHEST, Order};
+use crate::params::Params;
+use crate::state::{Phase, State};
+use crate::system::System;
+use crate::table::Tables;
+use crate::thermostat::Chain;
+use crate::units::{BOLTZMANN, PRESSURE, SPECIFIC_ENERGY, SPECIFIC_VOLUME, TIME};
+use hvi_kit::{Ctx, StageError};
+
+/// Response time of the heat bath [ps]: of 0.1 and 1 ps the one with the smaller error of P.
+const RESPONSE: f64 = 0.1;
+/// Steps from one look at the structure, at the cancel flag and at the errors to the next.
+pub const LEAST_SAMPLES: usize = 50;
+
+/// Runs the state that `params`, which have been checked, describe.
+///
+/// # Errors
+/// [`StageError::Physics`] with step and atom where atoms leave the potential's range; [`StageError::Cancelled`].
+pub fn state(params: &Params, isa: Isa, ctx: &Ctx<'_>) -> Result<State, StageError> {
+    let mut run = Run::new(params, isa)?;
+    run.equilibrate(ctx)?;
+    run.average(ctx)?;
+    Ok(run.state())
+}
+
+struct Run<'a> {
+    params: &'a Params,
+    system: System,
+    chain: Chain,
+    /// Cubic edge of the lattice [angstrom].
+    lattice: f64,
+    /// Time step [ps].
+    step: f64,
+    cube: Cube,
+    series: Series,
+    /// Looks at the structure while averaging.
+    looks: Vec<Order>,
+    /// Steps spent on averages that were thrown away since the phase changed.
+    discarded: usize,
+    /// Standard error to stop at [eV/angstrom3].
+    target: f64,
+}
+
+impl Run<'_> {
+    fn new(params: &Params, isa: Isa) -> Result<Run<'_>, StageError> {
+        let (cells, lattice) = (params.cells(), lattice::edge(params.potential, params.volume_ratio));
+        let sites = lattice::sites(cells, lattice);
+        let tables = Tables::new(params.potential);
+        let mut system = System::new(tables, isa, &sites, lattice * cells as f64).map_err(StageError::physics)?;
+        let thermal = BOLTZMANN * params.temperature.si();
+        system.heat(2.0 * params.temperature.si(), params.seed);
+        Ok(Run {
+            params,
+            chain: Chain::new(thermal, system.freedom(), RESPONSE),
+            cube: Cube { atoms: system.atoms() as f64, volume: system.volume(), thermal },
+            system,
+            lattice,
+            step: params.time_step.si() / TIME,
+            series: Series::default(),
+            looks: Vec::new(),
+            discarded: 0,
+            target: params.target_error.si() / PRESSURE,
+        })
+    }
+
+    fn steps(&self, time: hvi_kit::units::Time) -> usize {
+        (time.si() / self.params.time_step.si()).round() as usize
+    }
+
+    fn advance(&mut self) -> Result<(), StageError> {
+        self.system.advance(self.step, Some(&mut self.chain)).map_err(StageError::physics)
+    }
+
+    /// Runs without looking at results.
+    fn equilibrate(&mut self, ctx: &Ctx<'_>) -> Result<(), StageError> {
+        for k in 0..self.steps(self.params.equilibration) {
+            if k % LEAST_SAMPLES == 0 {
+                self.tick(ctx, 0.0, "equilibrating")?;
+            }
+            self.advance()?;
+        }
+        Ok(())
+    }
+
+    /// Tells how far the run is, given how many steps of averaging are still to be expected.
+    fn tick(&self, ctx: &Ctx<'_>, averaging: f64, doing: &str) -> Result<(), StageError> {
+        let done = self.system.steps() as f64;
+        let ahead = (self.steps(self.params.equilibration) as f64 - done).max(0.0);
+        let shortest = self.steps(self.params.shortest) as f64 - self.series.energy.len() as f64;
+        Ok(ctx.tick(done, done + ahead + averaging.max(shortest).max(1.0), doing)?)
+    }
+
+    /// Averages until the standard error of the pressure is that asked for, or the longest time is spent.
+    fn average(&mut self, ctx: &Ctx<'_>) -> Result<(), StageError> {
+        let (shortest, longest) = (self.steps(self.params.shortest), self.steps(self.params.longest));
+        let mut next = shortest;
+        loop {
+            self.sample()?;
+            let taken = self.series.energy.len();
+            let spent = self.discarded + taken >= longest;
+            if taken % LEAST_SAMPLES != 0 && !spent {
+                continue;
+            }
+            if self.phase_changed() && !spent {
+                self.discarded += taken;
+                self.series.clear();
+                self.looks.clear();
+                next = shortest;
+                self.equilibrate(ctx)?;
+                continue;
+            }
+            let mut expected = 0.0;
+            if taken >= next || spent {
+                let error = self.averages().pressure.error;
+                if error <= self.target || spent {
+                    return Ok(());
+                }
+                let ratio = error / self.target;
+                expected = taken as f64 * (ratio * ratio - 1.0);
+                next = taken + (0.2 * expected) as usize + LEAST_SAMPLES;
+            }
+            let left = longest.saturating_sub(self.discarded + taken) as f64;
+            self.tick(ctx, expected.min(left), "averaging")?;
+        }
+    }
+
+    /// One step, and what is kept of it.
+    fn sample(&mut self) -> Result<(), StageError> {
+        self.advance()?;
+        self.series.energy.push(self.system.energy());
+        self.series.pressure.push(self.system.virial() / (3.0 * self.cube.volume));
+        self.series.site_virial.push(self.system.site_virial());
+        self.series.temperature.push(self.system.temperature());
+        if self.series.energy.len() % LEAST_SAMPLES == 0 {
+            self.looks.push(Order::of(&self.system, self.lattice));
+        }
+        Ok(())
+    }
+
+    /// Whether the last look shows another phase than the first one of these averages.
+    fn phase_changed(&self) -> bool {
+        match (self.looks.first(), self.looks.last()) {
+            (Some(first), Some(last)) => first.is_solid() != last.is_solid(),
+            _ => false,
+        }
+    }
+
+    fn phase(&self) -> Phase {
+        if self.looks.last().is_some_and(Order::is_solid) { Phase::Solid } else { Phase::Liquid }
+    }
+
+    /// Whether harmonically mapped averages are right: a crystal, and every atom was at its site whenever looked at.
+    fn can_map(&self) -> bool {
+        self.phase() == Phase::Solid && self.looks.iter().all(|l| l.farthest < FARTHEST)
+    }
+
+    fn averages(&self) -> Averages {
+        if self.can_map() { self.series.mapped(self.cube) } else { self.series.plain(self.cube) }
+    }
+
+    fn state(&self) -> State {
+        let molar = self.params.potential.molar_mass();
+        let ground = lattice::equilibrium_edge(self.params.potential);
+        let rest = lattice::at_rest(self.params.potential, ground).energy * self.cube.atoms;
+        let Averages { energy, pressure } = self.averages();
+        let per_mass = SPECIFIC_ENERGY / (molar * self.cube.atoms);
+        let volume = |edge: f64| 0.25 * edge * edge * edge * SPECIFIC_VOLUME / molar;
+        let temperature: Mean = mean(&self.series.temperature);
+        let looks = self.looks.len() as f64;
+        let over_looks = |of: fn(&Order) -> f64| self.looks.iter().map(of).sum::<f64>() / looks;
+        State {
+            volume: volume(self.lattice),
+            lattice_volume: volume(ground),
+            molar_mass: molar * 1e-3,
+            temperature: temperature.value,
+            pressure: pressure.value * PRESSURE,
+            pressure_error: pressure.error * PRESSURE,
+            energy: (energy.value - rest) * per_mass,
+            energy_error: energy.error * per_mass,
+            temperature_error: temperature.error,
+            phase: self.phase(),
+            atoms: self.params.atoms,
+            averaged: self.series.energy.len() as f64 * self.params.time_step.si(),
+            steps: self.system.steps(),
+            mapped: self.can_map(),
+            on_target: pressure.error <= self.target,
+            order: over_looks(|l| l.translational),
+            displacement: over_looks(|l| l.displacement2).sqrt(),
+        }
+    }
+}
