@@ -3,6 +3,11 @@ use hvi_kit::StageDef;
 
 /// All stages.
 pub static STAGES: &[StageDef] = &[
+    StageDef::of::<hvi_eos::fit::Fitting>(),
+    StageDef::of::<hvi_eos::handbook::Handbook>(),
+    StageDef::of::<hvi_impact::ImpactStage>(),
+    StageDef::of::<hvi_radiograph::Radiograph>(),
+    StageDef::of::<hvi_empirical::Eta>(),
 ];
 
 /// The stage called `name`.

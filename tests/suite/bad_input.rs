@@ -5,7 +5,7 @@ use std::path::Path;
 #[test]
 fn every_bad_pipeline_is_refused_with_the_place_and_what_was_expected() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/bad");
-    let mut count = 0;
+    let (mut count, mut problems) = (0, Vec::new());
     for entry in std::fs::read_dir(&folder).unwrap() {
         let path = entry.unwrap().path();
         if path.extension().is_none_or(|e| e != "toml") {
@@ -16,15 +16,15 @@ fn every_bad_pipeline_is_refused_with_the_place_and_what_was_expected() {
         let project = Project::new(&text);
         let said = project.run();
         let name = path.file_name().unwrap().to_string_lossy();
-        assert_eq!(said.code, 2, "{name}: {}", said.err);
         let expected: Vec<_> = text.lines().filter_map(|l| l.strip_prefix("# expect: ")).collect();
         assert!(!expected.is_empty(), "{name} expects nothing");
-        for part in expected {
-            assert!(said.err.contains(part), "{name}: expected {part:?} in\n{}", said.err);
+        let lacking: Vec<_> = expected.into_iter().filter(|part| !said.err.contains(part)).collect();
+        let ran = !project.files("out").is_empty() || !project.files("store/results").is_empty();
+        if said.code != 2 || !lacking.is_empty() || ran || said.err.contains("panicked") {
+            problems.push(format!("{name}: code {}, ran: {ran}, lacking {lacking:?} in\n{}", said.code, said.err));
         }
-        assert!(project.files("out").is_empty() && project.files("store/results").is_empty(), "{name}: something ran");
-        assert!(!said.err.contains("panicked"), "{name}: {}", said.err);
     }
+    assert!(problems.is_empty(), "{}", problems.join("\n"));
     assert!(count >= 20, "{count} bad pipelines");
 }
 
@@ -40,7 +40,7 @@ fn a_file_that_is_not_there_is_named() {
 fn settings_that_fit_nothing_are_named() {
     let project = Project::new("[step.a]\nuse = \"eos.handbook\"\nset = \"copper-royce\"\n");
     for (setting, part) in
-        [("b.set=1", "there is no step `b`"), ("a", "names no key"), ("a.set", "has no `=`"), ("a.sets=\"x\"", "unknown key `sets`")]
+        [("b.set=1", "there is no step `b`"), ("a=1", "names no key"), ("a.set", "has no `=`"), ("a.sets=\"x\"", "unknown key `sets`")]
     {
         let said = project.hvi(&["run", "study.toml", "--set", setting]);
         assert_eq!(said.code, 2, "{setting}: {}", said.err);
