@@ -297,7 +297,7 @@ impl Builder<'_> {
             }
             nodes.extend(self.resolve(port, text, at)?);
         }
-        if port.arity == Arity::Many {
+        if matches!(port.arity, Arity::Many | Arity::Any) {
             return Ok(Input::Many(nodes));
         }
         match nodes[..] {
@@ -319,7 +319,7 @@ impl Builder<'_> {
         let planned = self.plan.steps.iter().find(|s| s.name == step.name).expect("planned before: the order says so");
         let all: Vec<NodeId> = planned.nodes.clone().collect();
         match reference.selection {
-            Selection::None if all.len() == 1 || port.arity == Arity::Many => Ok(all),
+            Selection::None if all.len() == 1 || matches!(port.arity, Arity::Many | Arity::Any) => Ok(all),
             Selection::None => {
                 let title = format!("`{}` has {} points, `{}` takes one", step.name, all.len(), port.name);
                 Err(Mistake::new(title).at(at, "which one?").help(format!("select one: \"@{}[key=value]\"", step.name)))
@@ -403,7 +403,7 @@ fn same(a: &str, b: &str) -> bool {
 fn example(port: &Port) -> &'static str {
     match (port.kind == File::KIND, port.arity) {
         (true, _) => "\"a-file.csv\"",
-        (_, Arity::Many) => "\"@STEP[*]\"",
+        (_, Arity::Many | Arity::Any) => "\"@STEP[*]\"",
         _ => "\"@STEP\"",
     }
 }

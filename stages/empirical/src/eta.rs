@@ -65,7 +65,7 @@ hvi_kit::inputs! {
         /// Runs to fit.
         runs: Vec<Impact>,
         /// Runs to check the law on, not fitted; may be none.
-        check: Vec<Impact>,
+        check: hvi_kit::Any<Impact>,
     }
 }
 
@@ -126,7 +126,7 @@ impl Stage for Eta {
 
     fn run(p: &Params, inputs: Inputs, ctx: &Ctx<'_>) -> Result<EtaLaw, StageError> {
         let read = |runs: &[Impact]| runs.iter().map(|r| Point::new(r, p.measure)).collect::<Result<Vec<_>, _>>();
-        let (mut points, check) = (read(&inputs.runs)?, read(&inputs.check)?);
+        let (mut points, check) = (read(&inputs.runs)?, read(&inputs.check.0)?);
         for point in &mut points {
             let cold = point.eta == 0.0 && p.zeros == Zeros::Drop;
             point.used = !(cold || point.is_full() && p.full == Full::Drop);

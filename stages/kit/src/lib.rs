@@ -12,5 +12,5 @@ pub mod view;
 pub use artifact::{Artifact, DecodeError, File, LoadError, load};
 pub use ctx::{Cancel, Cancelled, Ctx, Progress};
 pub use hvi_cache::{Digest, Recipe, Slot, Store, StoreError};
-pub use port::{Arity, Inputs, Places, Plug, Port};
+pub use port::{Any, Arity, Inputs, Places, Plug, Port};
 pub use stage::{Invalid, Made, Shown, Stage, StageDef, StageError};

@@ -10,8 +10,10 @@ pub enum Arity {
     One,
     /// One or none.
     Optional,
-    /// All points of a sweep, in its order: `"@states[*]"`.
+    /// One or more, such as all points of a sweep, in its order: `"@states[*]"`.
     Many,
+    /// As [`Arity::Many`], or none.
+    Any,
     /// One at each place whose key ends in the port's name, by dotted path: `projectile.eos`, `plate.eos`.
     Places,
 }
@@ -86,6 +88,16 @@ impl<A: Artifact> Plug for Vec<A> {
             Some(Slot::One(d)) => Ok(vec![load(store, *d)?]),
             None => Ok(Vec::new()),
         }
+    }
+}
+
+/// Any number of artifacts, none included: see [`Arity::Any`].
+pub struct Any<A>(pub Vec<A>);
+impl<A: Artifact> Plug for Any<A> {
+    const KIND: &'static str = A::KIND;
+    const ARITY: Arity = Arity::Any;
+    fn load(name: &str, slots: &BTreeMap<String, Slot>, store: &Store) -> Result<Self, LoadError> {
+        <Vec<A> as Plug>::load(name, slots, store).map(Any)
     }
 }
 
