@@ -42,6 +42,10 @@ pub struct EosError {
 }
 
 /// An equation of state.
+#[expect(
+    clippy::large_enum_variant,
+    reason = "the solver holds one a body and calls it a billion times: no indirection"
+)]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Eos {
     /// Royce's three-phase GRAY.

@@ -9,6 +9,7 @@ mod states;
 mod synthetic;
 mod two_stage;
 pub use report::{FitReport, FittedParameter, Residual};
+pub use states::Reference;
 
 use crate::handbook::{COPPER_COHESION, COPPER_MOLAR_MASS};
 use crate::model::gray::Gray;

@@ -117,17 +117,25 @@ impl Data {
     }
 }
 
-/// The zero-pressure solid at T0.
-struct Reference {
-    volume: f64,
-    volume_error: f64,
-    energy: f64,
-    bulk_modulus: f64,
+/// The zero-pressure solid at T0, as the states have it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reference {
+    /// V0 [m3/kg].
+    pub volume: f64,
+    /// Standard error of V0 [m3/kg].
+    pub volume_error: f64,
+    /// Energy there, in the states' own zero [J/kg].
+    pub energy: f64,
+    /// -V dP/dV along the isotherm there [Pa].
+    pub bulk_modulus: f64,
 }
 
 impl Reference {
-    /// Cubic interpolation of the isotherm through the four states nearest to zero pressure.
-    fn find(states: &[State], t0: f64) -> Result<Reference, FitError> {
+    /// Cubic interpolation of the solid isotherm at `t0` [K] through the four states nearest to zero pressure.
+    ///
+    /// # Errors
+    /// [`FitError`] where fewer than four solid states lie within 30 K of it, or none on one side of zero pressure.
+    pub fn find(states: &[State], t0: f64) -> Result<Reference, FitError> {
         let near = |s: &&State| s.phase == Phase::Solid && (s.temperature - t0).abs() <= NEAR;
         // Brought to T0 with C_V = 3R and gamma = 2: a fraction of a kelvin, a few MPa.
         let mut points: Vec<[f64; 4]> = states

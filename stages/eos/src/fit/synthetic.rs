@@ -56,6 +56,11 @@ fn states(set: Set, seed: u64, pressure_error: impl Fn(f64) -> f64) -> Vec<State
                 phase: if phase == Phase::Solid { hvi_md::Phase::Solid } else { hvi_md::Phase::Liquid },
                 atoms: 500,
                 averaged: 1e-11,
+                steps: 10_000,
+                mapped: false,
+                on_target: true,
+                order: 1.0,
+                displacement: 0.1,
             });
         }
     }

@@ -29,7 +29,7 @@ impl<const N: usize> Table<N> {
         // `as` truncates and saturates: positions below 0 land in the first interval, NaN too.
         let position = (u - self.start) * self.per_step;
         let interval = (position as usize).min(self.pieces.len() - 1);
-        let s = (position - interval as f64).max(0.0).min(1.0);
+        let s = (position - interval as f64).clamp(0.0, 1.0);
         let piece = &self.pieces[interval];
         std::array::from_fn(|k| jet(&piece[k], s, self.per_step))
     }

@@ -1,0 +1,109 @@
+//! Reference data: comma-separated columns under a line of names, after `#` lines of source and status.
+
+/// What is wrong with a data file.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{file}, line {line}: {why}")]
+pub struct CsvError {
+    /// The port that holds the file.
+    pub file: &'static str,
+    /// Line, counted from 1.
+    pub line: usize,
+    /// What was found and what was expected.
+    pub why: String,
+}
+
+/// A data file: its column names and its rows of text.
+#[derive(Clone, Debug)]
+pub struct Csv<'a> {
+    file: &'static str,
+    header: usize,
+    names: Vec<&'a str>,
+    rows: Vec<(usize, Vec<&'a str>)>,
+}
+
+impl<'a> Csv<'a> {
+    /// Reads `text`, the content of the port `file`.
+    ///
+    /// # Errors
+    /// [`CsvError`] where there is no line of names, or a row has fewer cells than there are names.
+    pub fn read(file: &'static str, text: &'a str) -> Result<Csv<'a>, CsvError> {
+        let mut lines = text
+            .lines()
+            .enumerate()
+            .map(|(i, line)| (i + 1, line.trim()))
+            .filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
+        let Some((header, names)) = lines.next() else {
+            return Err(CsvError { file, line: 1, why: "no line of column names".into() });
+        };
+        let names: Vec<&str> = names.split(',').map(str::trim).collect();
+        let mut rows = Vec::new();
+        for (line, row) in lines {
+            // The last column may hold commas: it is text for people.
+            let cells: Vec<&str> = row.splitn(names.len(), ',').map(str::trim).collect();
+            if cells.len() < names.len() {
+                let why = format!("{} cells, but {} columns: {}", cells.len(), names.len(), names.join(", "));
+                return Err(CsvError { file, line, why });
+            }
+            rows.push((line, cells));
+        }
+        Ok(Csv { file, header, names, rows })
+    }
+
+    fn column(&self, name: &str) -> Result<usize, CsvError> {
+        self.names.iter().position(|&n| n == name).ok_or_else(|| CsvError {
+            file: self.file,
+            line: self.header,
+            why: format!("no column `{name}`; there are {}", self.names.join(", ")),
+        })
+    }
+
+    /// The text of the column `name`, one a row.
+    ///
+    /// # Errors
+    /// [`CsvError`] where there is no such column.
+    pub fn text(&self, name: &str) -> Result<Vec<&'a str>, CsvError> {
+        let column = self.column(name)?;
+        Ok(self.rows.iter().map(|(_, cells)| cells[column]).collect())
+    }
+
+    /// The numbers of the column `name`, one a row.
+    ///
+    /// # Errors
+    /// [`CsvError`] where there is no such column, or a cell is no finite number.
+    pub fn numbers(&self, name: &str) -> Result<Vec<f64>, CsvError> {
+        let column = self.column(name)?;
+        let number = |(line, cells): &(usize, Vec<&str>)| match cells[column].parse::<f64>() {
+            Ok(x) if x.is_finite() => Ok(x),
+            _ => Err(CsvError {
+                file: self.file,
+                line: *line,
+                why: format!("`{}` in column `{name}` is no finite number", cells[column]),
+            }),
+        };
+        self.rows.iter().map(number).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_by_name() {
+        let csv = Csv::read("data", "# source\n\nV, P,note\n1,2.5,a, b\n3,-4e1,\n").unwrap();
+        assert_eq!(csv.numbers("P").unwrap(), [2.5, -40.0]);
+        assert_eq!(csv.text("note").unwrap(), ["a, b", ""]);
+    }
+
+    #[test]
+    fn mistakes_name_their_line() {
+        let message = |text: &'static str, column: &str| match Csv::read("marsh", text) {
+            Ok(csv) => csv.numbers(column).unwrap_err().to_string(),
+            Err(e) => e.to_string(),
+        };
+        assert_eq!(message("# x\n", "P"), "marsh, line 1: no line of column names");
+        assert_eq!(message("# x\nV,P\n1\n", "P"), "marsh, line 3: 1 cells, but 2 columns: V, P");
+        assert_eq!(message("V,P\n1,2\n", "T"), "marsh, line 1: no column `T`; there are V, P");
+        assert_eq!(message("V,P\n1,2\n3,nan\n", "P"), "marsh, line 3: `nan` in column `P` is no finite number");
+    }
+}
