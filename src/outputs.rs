@@ -189,7 +189,7 @@ fn compare(step: &str, points: &[Point]) -> Option<Table> {
 /// A file name that any system takes: letters, digits, `.`, `-` and `_`.
 fn slug(text: &str) -> String {
     let plain = |c: char| if c.is_ascii_alphanumeric() || matches!(c, '.' | '=' | '_') { c } else { '-' };
-    let slug: String = text.chars().map(plain).collect();
+    let slug: String = text.replace('µ', "u").chars().map(plain).collect();
     let parts: Vec<&str> = slug.split('-').filter(|p| !p.is_empty()).collect();
     let joined = parts.join("-");
     let trimmed = joined.trim_start_matches('.');

@@ -3,8 +3,11 @@ use hvi_kit::StageDef;
 
 /// All stages.
 pub static STAGES: &[StageDef] = &[
+    StageDef::of::<hvi_md::Md>(),
     StageDef::of::<hvi_eos::fit::Fitting>(),
     StageDef::of::<hvi_eos::handbook::Handbook>(),
+    StageDef::of::<hvi_validate::hugoniot::Hugoniot>(),
+    StageDef::of::<hvi_validate::isotherm::Isotherm>(),
     StageDef::of::<hvi_impact::ImpactStage>(),
     StageDef::of::<hvi_radiograph::Radiograph>(),
     StageDef::of::<hvi_empirical::Eta>(),
