@@ -39,7 +39,7 @@ fn params() -> Params {
 
 fn run(p: &Params, runs: Vec<Impact>, check: Vec<Impact>) -> Result<EtaLaw, String> {
     Eta::check(p).unwrap();
-    Eta::run(p, Inputs { runs, check }, &Ctx::quiet()).map_err(|e| e.to_string())
+    Eta::run(p, Inputs { runs, check: hvi_kit::Any(check) }, &Ctx::quiet()).map_err(|e| e.to_string())
 }
 
 /// Below 1.16 km/s Table 4's law is negative; without those runs it is recovered, and holds on the runs it was not fitted to.

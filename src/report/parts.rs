@@ -1,0 +1,355 @@
+//! Parts of the report: tables as rows of text, figures as drawings, pictures as embedded files.
+use super::{Point, State};
+use crate::figure::{self, number, uncertain};
+use hvi_kit::units;
+use hvi_kit::view::{Cell, Picture, Scalar, Table, View};
+use serde::Serialize;
+
+/// Rows of one table that the page holds; the files beside it hold all.
+const MOST_ROWS: usize = 500;
+/// Tables longer than this are folded.
+const LONG_TABLE: usize = 24;
+/// Pictures in the whole page, and in one sweep.
+const MOST_PICTURES: usize = 96;
+const MOST_PICTURES_A_SWEEP: usize = 32;
+/// Points of a sweep whose tables and figures are in the page.
+const MOST_POINTS_SHOWN: usize = 24;
+
+/// How many pictures still go into the page.
+pub struct Budget {
+    pictures: usize,
+}
+impl Default for Budget {
+    fn default() -> Self {
+        Budget { pictures: MOST_PICTURES }
+    }
+}
+impl Budget {
+    fn take(&mut self) -> bool {
+        let left = self.pictures > 0;
+        self.pictures = self.pictures.saturating_sub(1);
+        left
+    }
+}
+
+/// A table as text.
+#[derive(Serialize)]
+pub struct Grid {
+    title: String,
+    head: Vec<Head>,
+    rows: Vec<Vec<Text>>,
+    left_out: usize,
+    folded: bool,
+    total: usize,
+    note: String,
+}
+
+#[derive(Serialize)]
+struct Head {
+    name: String,
+    unit: String,
+    number: bool,
+}
+
+#[derive(Serialize)]
+struct Text {
+    text: String,
+    number: bool,
+    class: &'static str,
+}
+impl Text {
+    fn word(text: impl Into<String>, class: &'static str) -> Text {
+        Text { text: text.into(), number: false, class }
+    }
+    fn of(cell: &Cell) -> Text {
+        match cell {
+            Cell::Number(x) => Text { text: number(*x, 5), number: true, class: "" },
+            Cell::Uncertain(x, e) => Text { text: uncertain(*x, *e), number: true, class: "" },
+            Cell::Text(t) => Text::word(t.clone(), ""),
+            Cell::Empty => Text::word("", ""),
+        }
+    }
+}
+
+/// One thing after another in a step's section.
+#[derive(Serialize)]
+#[serde(tag = "kind", rename_all = "lowercase")]
+pub enum Block {
+    /// A table.
+    Table {
+        /// It.
+        grid: Grid,
+    },
+    /// A figure.
+    Figure {
+        /// Heading.
+        title: String,
+        /// The drawing, made here: safe.
+        svg: String,
+        /// What to make of it.
+        note: String,
+    },
+    /// Pictures side by side.
+    Pictures {
+        /// They.
+        pictures: Vec<Image>,
+    },
+    /// What one point of a sweep shows, folded.
+    Point {
+        /// Which point.
+        label: String,
+        /// What it shows.
+        blocks: Vec<Block>,
+    },
+}
+
+/// One picture.
+#[derive(Serialize)]
+pub struct Image {
+    label: String,
+    title: String,
+    data: String,
+    width: u32,
+    height: u32,
+    legend: Vec<(String, String)>,
+    note: String,
+}
+
+/// A length of time for people.
+pub fn time(seconds: f64) -> String {
+    match seconds {
+        s if !(s >= 0.0005) => "0 s".into(),
+        s if s < 0.9995 => format!("{:.0} ms", s * 1e3),
+        s if s < 9.95 => format!("{s:.1} s"),
+        s if s < 119.5 => format!("{s:.0} s"),
+        s if s < 7170.0 => format!("{:.0} min", s / 60.0),
+        s => format!("{:.1} h", s / 3600.0),
+    }
+}
+
+fn grid(title: &str, head: Vec<(String, String)>, mut rows: Vec<Vec<Text>>, note: &str) -> Grid {
+    let total = rows.len();
+    rows.truncate(MOST_ROWS);
+    let numeric = |k: usize| rows.iter().any(|r| r.get(k).is_some_and(|t| t.number));
+    let head = head.into_iter().enumerate().map(|(k, (name, unit))| Head { name, unit, number: numeric(k) }).collect();
+    Grid {
+        title: title.into(),
+        head,
+        left_out: total - rows.len(),
+        rows,
+        folded: total > LONG_TABLE,
+        total,
+        note: note.into(),
+    }
+}
+
+fn table(t: &Table) -> Grid {
+    // Rows beyond those shown needn't be made into text.
+    let shown = t.rows.iter().take(MOST_ROWS).map(|row| row.iter().map(Text::of).collect()).collect();
+    let mut grid = grid(&t.title, t.columns.clone(), shown, &t.note);
+    (grid.total, grid.left_out) = (t.rows.len(), t.rows.len().saturating_sub(MOST_ROWS));
+    grid.folded = t.rows.len() > LONG_TABLE;
+    grid
+}
+
+/// The numbers of a step without a sweep.
+pub fn scalars(point: &Point) -> Option<Grid> {
+    let row = |s: &Scalar| vec![Text::word(s.name.clone(), ""), Text::of(&s.value), Text::word(s.unit.clone(), "unit")];
+    let head = ["quantity", "value", "unit"].map(|h| (h.to_string(), String::new())).to_vec();
+    (!point.scalars.is_empty()).then(|| grid("", head, point.scalars.iter().map(row).collect(), ""))
+}
+
+/// A row a point: what the sweep sets, what came of it, the numbers.
+pub fn sweep(points: &[Point]) -> Option<Grid> {
+    let first = points.first()?;
+    let mut keys: Vec<(String, String)> =
+        first.swept.iter().map(|(k, _)| (k.clone(), common_unit(points, k))).collect();
+    let by_label = keys.is_empty();
+    if by_label {
+        keys.push(("point".into(), String::new()));
+    }
+    let mut scalars: Vec<&Scalar> = Vec::new();
+    for scalar in points.iter().flat_map(|p| &p.scalars) {
+        if !scalars.iter().any(|s| s.name == scalar.name) {
+            scalars.push(scalar);
+        }
+    }
+    let sound = points.iter().all(|p| matches!(p.state, State::Hit | State::Ran));
+    let row = |p: &Point| {
+        let mut row: Vec<Text> = if by_label {
+            vec![Text::word(p.label.clone(), "")]
+        } else {
+            keys.iter().map(|(key, unit)| value(p, key, unit)).collect()
+        };
+        if !sound {
+            row.push(state(&p.state));
+        }
+        let own = |s: &&Scalar| {
+            p.scalars.iter().find(|own| own.name == s.name).map_or(Text::word("", ""), |own| Text::of(&own.value))
+        };
+        row.extend(scalars.iter().map(own));
+        row.push(Text {
+            text: if p.seconds > 0.0 { time(p.seconds) } else { String::new() },
+            number: true,
+            class: "quiet",
+        });
+        row
+    };
+    let rows: Vec<_> = points.iter().take(MOST_ROWS).map(row).collect();
+    let mut head = keys.clone();
+    if !sound {
+        head.push((String::new(), String::new()));
+    }
+    head.extend(scalars.iter().map(|s| (s.name.clone(), s.unit.clone())));
+    head.push(("time".into(), String::new()));
+    let mut grid = grid("", head, rows, "");
+    (grid.total, grid.left_out, grid.folded) =
+        (points.len(), points.len().saturating_sub(MOST_ROWS), points.len() > LONG_TABLE);
+    Some(grid)
+}
+
+fn state(state: &State) -> Text {
+    match state {
+        State::Hit => Text::word("from store", "hit"),
+        State::Ran => Text::word("computed", "ran"),
+        State::Failed(_) => Text::word("failed", "failed"),
+        State::Skipped(_) | State::Cancelled => Text::word("not run", "missing"),
+    }
+}
+
+/// The unit that all values of a swept key are written in, or nothing.
+fn common_unit(points: &[Point], key: &str) -> String {
+    let mut found: Option<&str> = None;
+    for (_, value) in points.iter().flat_map(|p| &p.swept).filter(|(k, _)| k == key) {
+        match (units::split(value), found) {
+            (Some((_, unit)), None) => found = Some(unit),
+            (Some((_, unit)), Some(known)) if unit == known => {}
+            _ => return String::new(),
+        }
+    }
+    found.unwrap_or_default().into()
+}
+
+fn value(point: &Point, key: &str, unit: &str) -> Text {
+    let Some((_, value)) = point.swept.iter().find(|(k, _)| k == key) else { return Text::word("", "") };
+    match units::split(value).filter(|(_, own)| *own == unit) {
+        Some((digits, _)) => Text { text: digits.replace('-', "−"), number: true, class: "" },
+        None => Text::word(value.clone(), ""),
+    }
+}
+
+/// Parameters that have the same value at every point.
+pub fn shared_params(points: &[Point]) -> Vec<(String, String)> {
+    let Some((first, rest)) = points.split_first() else { return Vec::new() };
+    let everywhere =
+        |(key, value): &&(String, String)| rest.iter().all(|p| p.params.iter().any(|(k, v)| k == key && v == value));
+    first.params.iter().filter(everywhere).cloned().collect()
+}
+
+/// What a result shows, in its order; pictures that follow each other stand side by side.
+pub fn blocks(views: &[View], budget: &mut Budget) -> Vec<Block> {
+    let mut blocks: Vec<Block> = Vec::new();
+    for view in views {
+        match view {
+            View::Table(t) => blocks.push(Block::Table { grid: table(t) }),
+            View::Figure(f) => {
+                blocks.push(Block::Figure { title: f.title.clone(), svg: figure::svg(f), note: f.note.clone() })
+            }
+            View::Picture(p) => {
+                if budget.take() {
+                    push_picture(&mut blocks, image(p, ""));
+                }
+            }
+        }
+    }
+    blocks
+}
+
+fn push_picture(blocks: &mut Vec<Block>, image: Image) {
+    match blocks.last_mut() {
+        Some(Block::Pictures { pictures }) => pictures.push(image),
+        _ => blocks.push(Block::Pictures { pictures: vec![image] }),
+    }
+}
+
+/// A sweep's pictures as a gallery, its tables and figures folded by point; and what was left out, in words.
+pub fn sweep_blocks(points: &[Point], budget: &mut Budget) -> (Vec<Block>, String) {
+    let pictures = || {
+        points.iter().flat_map(|p| {
+            p.views.iter().filter_map(move |v| if let View::Picture(x) = v { Some((p, x)) } else { None })
+        })
+    };
+    let mut blocks = Vec::new();
+    let mut shown = 0;
+    for (point, picture) in pictures().take(MOST_PICTURES_A_SWEEP) {
+        if budget.take() {
+            push_picture(&mut blocks, image(picture, &point.label));
+            shown += 1;
+        }
+    }
+    let other = |p: &&Point| p.views.iter().any(|v| !matches!(v, View::Picture(_)));
+    for point in points.iter().filter(other).take(MOST_POINTS_SHOWN) {
+        let views: Vec<View> = point.views.iter().filter(|v| !matches!(v, View::Picture(_))).cloned().collect();
+        blocks.push(Block::Point { label: point.label.clone(), blocks: self::blocks(&views, budget) });
+    }
+    let mut left = Vec::new();
+    let (all_pictures, all_points) = (pictures().count(), points.iter().filter(other).count());
+    if all_pictures > shown {
+        left.push(format!("{} of {all_pictures} pictures", all_pictures - shown));
+    }
+    if all_points > MOST_POINTS_SHOWN {
+        left.push(format!("the tables and figures of {} of {all_points} points", all_points - MOST_POINTS_SHOWN));
+    }
+    (blocks, left.join(" and "))
+}
+
+fn image(p: &Picture, label: &str) -> Image {
+    let colour = |c: &[u8; 3]| format!("#{:02x}{:02x}{:02x}", c[0], c[1], c[2]);
+    Image {
+        label: label.into(),
+        title: p.title.clone(),
+        data: base64(&figure::png(p)),
+        width: p.width,
+        height: p.height,
+        legend: p.legend.iter().map(|(c, text)| (colour(c), text.clone())).collect(),
+        note: p.note.clone(),
+    }
+}
+
+/// RFC 4648, section 4.
+fn base64(bytes: &[u8]) -> String {
+    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut out = String::with_capacity(bytes.len().div_ceil(3) * 4);
+    for chunk in bytes.chunks(3) {
+        let at = |k: usize| u32::from(chunk.get(k).copied().unwrap_or(0));
+        let word = at(0) << 16 | at(1) << 8 | at(2);
+        for k in 0..4 {
+            let digit = char::from(DIGITS[(word >> (18 - 6 * k) & 63) as usize]);
+            out.push(if k <= chunk.len() { digit } else { '=' });
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The examples of RFC 4648, section 10.
+    #[test]
+    fn base64_of_the_standard() {
+        for (text, expected) in [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foobar", "Zm9vYmFy")] {
+            assert_eq!(base64(text.as_bytes()), expected);
+        }
+    }
+
+    #[test]
+    fn times_are_for_people() {
+        let cases =
+            [(0.0, "0 s"), (0.0123, "12 ms"), (4.26, "4.3 s"), (71.0, "71 s"), (600.0, "10 min"), (9000.0, "2.5 h")];
+        for (seconds, text) in cases {
+            assert_eq!(time(seconds), text);
+        }
+        assert_eq!(time(f64::NAN), "0 s");
+    }
+}
