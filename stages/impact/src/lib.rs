@@ -19,5 +19,6 @@ pub mod scene;
 mod stage;
 pub mod step;
 mod tensor;
+mod views;
 pub use params::Params;
 pub use stage::{ImpactInputs, ImpactStage};

@@ -1,6 +1,6 @@
 //! What an impact run leaves: particles at the times asked for, the ledger, and how much melted.
 use hvi_kit::Artifact;
-use hvi_kit::view::Scalar;
+use hvi_kit::view::{Scalar, View};
 use serde::{Deserialize, Serialize};
 
 /// The space a run was made in; particle coordinates are read by it.
@@ -126,7 +126,7 @@ pub struct Impact {
     pub cells_through: f64,
     /// Impact speed [m/s].
     pub velocity: f64,
-    /// Diameter of the projectile across the impact direction [m].
+    /// Diameter of the projectile across the impact direction [m]; infinite for a slab.
     pub diameter: f64,
     /// Thickness of the plate [m].
     pub thickness: f64,
@@ -145,6 +145,9 @@ pub struct Impact {
 impl Artifact for Impact {
     const KIND: &'static str = "impact/1";
     fn scalars(&self) -> Vec<Scalar> {
-        vec![Scalar::number("leading 1 %", self.leading[1], "m/s")]
+        crate::views::scalars(self)
+    }
+    fn views(&self) -> Vec<View> {
+        crate::views::views(self)
     }
 }

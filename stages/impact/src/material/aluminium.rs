@@ -1,12 +1,13 @@
 //! Aluminium.
 use super::{Damage, JohnsonCook, Material};
-use hvi_eos::{Eos, MieGruneisen, model::mie_gruneisen::Parameters};
+use hvi_eos::handbook::Set;
+use hvi_eos::{Eos, Gray};
 use hvi_kit::units::{Pressure, Rate, Temperature};
 
 pub(super) fn aluminium() -> Material {
     Material {
         name: "aluminium".into(),
-        source: "elastic constants and Johnson-Cook strength: Liu, Wang & Zhang (2013), Table 2; damage: 6061-T6, after \
+        source: "equation of state: GRAY, Liu, Wang & Zhang (2013), Table 3; elastic constants and Johnson-Cook strength: Liu, Wang & Zhang (2013), Table 2; damage: 6061-T6, after \
                  Lesuer, Kay & LeBlanc (2001) as commonly quoted (from memory, not checked); melting temperature 925 K; \
                  spall 1.2 GPa: gas-gun range 1.1-1.4 GPa (from memory, not checked)"
             .into(),
@@ -24,16 +25,6 @@ pub(super) fn aluminium() -> Material {
         },
         damage: Some(Damage { d1: -0.77, d2: 1.45, d3: -0.47, d4: 0.0, d5: 1.6, least: 0.01 }),
         spall: Some(Pressure::new(1.2e9)),
-        eos: Eos::MieGruneisen(
-            MieGruneisen::new(Parameters {
-                density: 2703.0,
-                sound_speed: 5240.0,
-                slope: 1.40,
-                gruneisen: 1.97,
-                heat_capacity: 875.0,
-                reference_temperature: 293.0,
-            })
-            .expect("published constants"),
-        ),
+        eos: Eos::Gray(Gray::new(Set::AluminiumPaper.parameters()).expect("published constants")),
     }
 }

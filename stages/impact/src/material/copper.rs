@@ -1,12 +1,13 @@
 //! Copper (oxygen-free).
 use super::{Damage, JohnsonCook, Material};
-use hvi_eos::{Eos, MieGruneisen, model::mie_gruneisen::Parameters};
+use hvi_eos::handbook::Set;
+use hvi_eos::{Eos, Gray};
 use hvi_kit::units::{Pressure, Rate, Temperature};
 
 pub(super) fn copper() -> Material {
     Material {
         name: "copper".into(),
-        source: "elastic constants and Johnson-Cook strength: Liu, Wang & Zhang (2013), Table 2; damage: Johnson & Cook \
+        source: "equation of state: GRAY, Royce (1971); elastic constants and Johnson-Cook strength: Liu, Wang & Zhang (2013), Table 2; damage: Johnson & Cook \
                  (1985), OFHC copper; melting temperature of the strength model: Johnson & Cook (1983); spall 1.35 GPa: \
                  gas-gun range 1.0-1.6 GPa (secondary source)"
             .into(),
@@ -24,16 +25,6 @@ pub(super) fn copper() -> Material {
         },
         damage: Some(Damage { d1: 0.54, d2: 4.89, d3: -3.03, d4: 0.014, d5: 1.12, least: 0.01 }),
         spall: Some(Pressure::new(1.35e9)),
-        eos: Eos::MieGruneisen(
-            MieGruneisen::new(Parameters {
-                density: 8930.0,
-                sound_speed: 3940.0,
-                slope: 1.489,
-                gruneisen: 2.02,
-                heat_capacity: 385.0,
-                reference_temperature: 293.0,
-            })
-            .expect("published constants"),
-        ),
+        eos: Eos::Gray(Gray::new(Set::CopperRoyce.parameters()).expect("published constants")),
     }
 }

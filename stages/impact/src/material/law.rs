@@ -229,12 +229,12 @@ impl Law {
             p.pressure = p.pressure.max(0.0);
             p.tension_limit = 0.0;
         }
-        let density = 1.0 / volume.min(self.widest);
         p.stiffness = if p.is_open() { 0.0 } else { bulk * bulk / volume };
         p.softening = if p.failed || self.shear.is_none() { 0.0 } else { self.johnson_cook.softening(homologous) };
         p.yield_stress = self.johnson_cook.flow_stress(p.plastic_strain, 0.0, p.softening);
-        let shear = self.shear.filter(|_| !p.failed).unwrap_or(0.0);
-        p.sound_speed = (bulk * bulk + 4.0 / 3.0 * shear / density).sqrt();
+        // Only what can carry shear: a vapour's V would make any shear term swallow the time step.
+        let shear = self.shear.filter(|_| p.softening > 0.0).unwrap_or(0.0);
+        p.sound_speed = (bulk * bulk + 4.0 / 3.0 * shear * volume.min(self.widest)).sqrt();
     }
 }
 
@@ -264,7 +264,7 @@ mod tests {
 
     /// A particle after simple shear to an equivalent strain of 1 at `rate` [1/s].
     fn shear(law: &Law, rate: f64, steps: usize) -> Particle<3> {
-        let mut p = Particle::<3>::new([0.0; 3], [0.0; 3], 8930e-9, 1e-9, 0, 0);
+        let mut p = Particle::<3>::new([0.0; 3], [0.0; 3], 1e-9 / law.eos.reference_volume(), 1e-9, 0, 0);
         law.prepare(&mut p);
         let dt = 1.0 / rate / steps as f64;
         let l = [[0.0, rate * 3f64.sqrt(), 0.0], [0.0; 3], [0.0; 3]];
@@ -279,9 +279,10 @@ mod tests {
     fn ode(law: &Law, material: &Material, rate: f64, to: f64) -> (f64, f64) {
         let jc = &material.strength;
         let volume = law.eos.reference_volume();
+        let melting = law.eos.melting_temperature(volume).expect("GRAY melts");
         let flow = |strain: f64, e: f64| {
             let t = law.eos.point(volume, e).temperature;
-            jc.flow_stress(strain, rate, jc.softening(jc.homologous(t, jc.melting_temperature.si())))
+            jc.flow_stress(strain, rate, jc.softening(jc.homologous(t, melting)))
         };
         // With z = strain^n the right-hand side is smooth at 0: d strain = (strain / (n z)) dz.
         let strain = |z: f64| hvi_kit::math::pow(z, 1.0 / jc.n);
