@@ -16,10 +16,10 @@ fn main() {
                 atoms: arg(1, 500.0) as u32,
                 volume_ratio: 1.06 - 0.03 * f64::from(v),
                 temperature: Temperature::new(300.0 + 4200.0 / 9.0 * f64::from(t)),
-                time_step: Time::new(arg(2, 2.0) * 1e-15),
+                time_step: Time::new(arg(2, 3.0) * 1e-15),
                 equilibration: Time::new(1e-12),
                 target_error: Pressure::new(arg(3, 0.1) * 1e9),
-                shortest: Time::new(1e-12),
+                shortest: Time::new(2e-12),
                 longest: Time::new(60e-12),
                 seed: arg(4, 1.0) as u64,
             };

@@ -45,7 +45,7 @@ mod defaults {
         500
     }
     pub fn time_step() -> Time {
-        Time::new(2e-15)
+        Time::new(3e-15)
     }
     pub fn equilibration() -> Time {
         Time::new(1e-12)
@@ -54,7 +54,7 @@ mod defaults {
         Pressure::new(1e8)
     }
     pub fn shortest() -> Time {
-        Time::new(1e-12)
+        Time::new(2e-12)
     }
     pub fn longest() -> Time {
         Time::new(60e-12)

@@ -1,5 +1,5 @@
 //! One state from beginning to end: lattice, equilibration, averaging until the error is small enough.
-use crate::averaging::{Averages, Cube, Mean, Series, mean};
+use crate::averaging::{Averages, Cube, Series};
 use crate::lanes::Isa;
 use crate::lattice;
 use crate::order::{FARTHEST, Order};
@@ -13,6 +13,8 @@ use hvi_kit::{Ctx, StageError};
 
 /// Response time of the heat bath [ps]: of 0.1 and 1 ps the one with the smaller error of P.
 const RESPONSE: f64 = 0.1;
+/// Time over which motion and structure share heat [s]: a few vibrations.
+const SHARE: f64 = 0.25e-12;
 /// Steps from one look at the structure, at the cancel flag and at the errors to the next.
 pub const LEAST_SAMPLES: usize = 50;
 
@@ -56,7 +58,12 @@ impl Run<'_> {
         Ok(Run {
             params,
             chain: Chain::new(thermal, system.freedom(), RESPONSE),
-            cube: Cube { atoms: system.atoms() as f64, volume: system.volume(), thermal },
+            cube: Cube {
+                atoms: system.atoms() as f64,
+                volume: system.volume(),
+                thermal,
+                block: (SHARE / params.time_step.si()).ceil() as usize,
+            },
             system,
             lattice,
             step: params.time_step.si() / TIME,
@@ -121,7 +128,7 @@ impl Run<'_> {
                 }
                 let ratio = error / self.target;
                 expected = taken as f64 * (ratio * ratio - 1.0);
-                next = taken + (0.2 * expected) as usize + LEAST_SAMPLES;
+                next = taken + (0.7 * expected) as usize + LEAST_SAMPLES;
             }
             let left = longest.saturating_sub(self.discarded + taken) as f64;
             self.tick(ctx, expected.min(left), "averaging")?;
@@ -169,19 +176,18 @@ impl Run<'_> {
         let Averages { energy, pressure } = self.averages();
         let per_mass = SPECIFIC_ENERGY / (molar * self.cube.atoms);
         let volume = |edge: f64| 0.25 * edge * edge * edge * SPECIFIC_VOLUME / molar;
-        let temperature: Mean = mean(&self.series.temperature);
         let looks = self.looks.len() as f64;
         let over_looks = |of: fn(&Order) -> f64| self.looks.iter().map(of).sum::<f64>() / looks;
         State {
             volume: volume(self.lattice),
             lattice_volume: volume(ground),
             molar_mass: molar * 1e-3,
-            temperature: temperature.value,
+            temperature: self.params.temperature.si(),
             pressure: pressure.value * PRESSURE,
             pressure_error: pressure.error * PRESSURE,
             energy: (energy.value - rest) * per_mass,
             energy_error: energy.error * per_mass,
-            temperature_error: temperature.error,
+            temperature_error: 0.0,
             phase: self.phase(),
             atoms: self.params.atoms,
             averaged: self.series.energy.len() as f64 * self.params.time_step.si(),

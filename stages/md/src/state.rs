@@ -24,7 +24,7 @@ pub struct State {
     pub lattice_volume: f64,
     /// Molar mass [kg/mol].
     pub molar_mass: f64,
-    /// Mean temperature [K].
+    /// Temperature of the heat bath [K], which pressure and energy belong to.
     pub temperature: f64,
     /// Pressure [Pa].
     pub pressure: f64,
@@ -34,7 +34,7 @@ pub struct State {
     pub energy: f64,
     /// Standard error of the energy [J/kg].
     pub energy_error: f64,
-    /// Standard error of the mean temperature [K].
+    /// Standard error of the temperature [K]: 0, the bath's is given and its noise is in the other errors.
     pub temperature_error: f64,
     /// Solid or liquid, by a structural measure.
     pub phase: Phase,
@@ -68,7 +68,7 @@ impl Artifact for State {
         };
         vec![
             Scalar::number("V/V0", self.volume / self.lattice_volume, ""),
-            uncertain("temperature", self.temperature, self.temperature_error, "K"),
+            Scalar::number("temperature", self.temperature, "K"),
             uncertain("pressure", self.pressure / 1e9, self.pressure_error / 1e9, "GPa"),
             uncertain("energy", self.energy / 1e3, self.energy_error / 1e3, "kJ/kg"),
             Scalar::text("phase", phase),

@@ -36,6 +36,7 @@ pub struct System {
     active: Vec<bool>,
     sums: Sums,
     twice_kinetic: f64,
+    middle_kinetic: f64,
     site_virial: f64,
     step: u64,
     time: f64,
@@ -73,6 +74,7 @@ impl System {
             active: Vec::new(),
             sums: Sums::default(),
             twice_kinetic: 0.0,
+            middle_kinetic: 0.0,
             site_virial: 0.0,
             step: 0,
             time: 0.0,
@@ -107,13 +109,13 @@ impl System {
     pub fn virial(&self) -> f64 {
         self.sums.virial
     }
-    /// Twice the kinetic energy [eV].
+    /// Twice the kinetic energy [eV], at the end of the step.
     pub fn twice_kinetic(&self) -> f64 {
         self.twice_kinetic
     }
-    /// Temperature of the motion [K].
+    /// Temperature of the motion in the middle of the last step [K]: its mean is exactly that of the heat bath.
     pub fn temperature(&self) -> f64 {
-        self.twice_kinetic / (self.freedom() * BOLTZMANN)
+        self.middle_kinetic / (self.freedom() * BOLTZMANN)
     }
     /// Sum of F.(x - site) [eV]; its mean is -3(N-1) k_B T in a crystal.
     pub fn site_virial(&self) -> f64 {
@@ -178,16 +180,23 @@ impl System {
         self.velocity.iter_mut().flatten().for_each(|v| *v = -*v);
     }
 
-    /// One step of velocity Verlet over `dt` [ps], within half steps of `chain` if there is one.
+    /// One step over `dt` [ps]: half a kick, half a drift, the whole step of `chain` if there is one, half a drift, half a kick.
+    ///
+    /// Without a chain it is velocity Verlet. With the heat bath in the middle the positions of a harmonic crystal are
+    /// distributed exactly, whatever the time step (Z. Zhang, X. Liu, K. Yan, M. E. Tuckerman and J. Liu, J. Phys. Chem. A
+    /// 123, 6056 (2019)); with half of it at either end, as is usual, they are too hot by the square of the time step:
+    /// 0.05 GPa at 2 fs in the liquid at 3567 K.
     ///
     /// # Errors
     /// [`Fault`] with step and atom where atoms come too close, too dense, or get lost.
     pub fn advance(&mut self, dt: f64, chain: Option<&mut Chain>) -> Result<(), Fault> {
-        let mut chain = chain;
-        let before = chain.as_deref_mut().map_or(1.0, |c| c.half_step(self.twice_kinetic, dt));
         let half = 0.5 * dt / self.mass;
         let atoms = Atoms { position: &mut self.position, velocity: &mut self.velocity, force: &self.force };
-        let moved2 = run(self.isa, KickAndDrift { atoms, listed: &self.listed, factor: before, half, dt });
+        let squares = run(self.isa, KickAndDrift { atoms, half, half_step: 0.5 * dt });
+        self.middle_kinetic = self.mass * squares;
+        let factor = chain.map_or(1.0, |c| c.step(self.middle_kinetic, dt));
+        let atoms = Atoms { position: &mut self.position, velocity: &mut self.velocity, force: &self.force };
+        let moved2 = run(self.isa, Drift { atoms, listed: &self.listed, factor, half_step: 0.5 * dt });
         self.step += 1;
         self.time += dt;
         if !(moved2 <= 0.25 * self.skin * self.skin) {
@@ -198,15 +207,7 @@ impl System {
         let (squares, site_virial) = run(self.isa, Kick { atoms, site: &self.site, half });
         self.site_virial = site_virial;
         self.twice_kinetic = self.mass * squares;
-        if !self.twice_kinetic.is_finite() {
-            return Err(Fault::Lost { step: self.step, time: self.time });
-        }
-        if let Some(chain) = chain {
-            let after = chain.half_step(self.twice_kinetic, dt);
-            self.velocity.iter_mut().flatten().for_each(|v| *v *= after);
-            self.twice_kinetic *= after * after;
-        }
-        Ok(())
+        if self.twice_kinetic.is_finite() { Ok(()) } else { Err(Fault::Lost { step: self.step, time: self.time }) }
     }
 
     /// Forces at the present positions.
@@ -292,25 +293,47 @@ struct Atoms<'a> {
     force: &'a [[f64; 4]],
 }
 
-/// `v = factor v + half F; x += dt v`; returns the greatest square of the way since the list was built.
+/// `v += half F; x += half_step v`; returns the sum of v^2.
 struct KickAndDrift<'a> {
     atoms: Atoms<'a>,
-    listed: &'a [[f64; 4]],
-    factor: f64,
     half: f64,
-    dt: f64,
+    half_step: f64,
 }
 impl Kernel for KickAndDrift<'_> {
     type Out = f64;
     #[inline(always)]
     fn run<L: Lanes>(self, _: L) -> f64 {
         let Atoms { position, velocity, force } = self.atoms;
+        let mut squares = [0.0; 4];
+        for ((x, v), f) in position.iter_mut().zip(velocity).zip(force) {
+            for k in 0..4 {
+                v[k] += self.half * f[k];
+                x[k] += self.half_step * v[k];
+                squares[k] += v[k] * v[k];
+            }
+        }
+        (squares[0] + squares[1]) + squares[2]
+    }
+}
+
+/// `v *= factor; x += half_step v`; returns the greatest square of the way since the list was built.
+struct Drift<'a> {
+    atoms: Atoms<'a>,
+    listed: &'a [[f64; 4]],
+    factor: f64,
+    half_step: f64,
+}
+impl Kernel for Drift<'_> {
+    type Out = f64;
+    #[inline(always)]
+    fn run<L: Lanes>(self, _: L) -> f64 {
+        let Atoms { position, velocity, .. } = self.atoms;
         let mut most: f64 = 0.0;
-        for (((x, v), f), x0) in position.iter_mut().zip(velocity).zip(force).zip(self.listed) {
+        for ((x, v), x0) in position.iter_mut().zip(velocity).zip(self.listed) {
             let mut way = [0.0; 4];
             for k in 0..4 {
-                v[k] = v[k] * self.factor + self.half * f[k];
-                x[k] += self.dt * v[k];
+                v[k] *= self.factor;
+                x[k] += self.half_step * v[k];
                 way[k] = x[k] - x0[k];
                 way[k] *= way[k];
             }

@@ -1,7 +1,7 @@
 //! Nose-Hoover chain of three variables: the canonical ensemble by deterministic, time-reversible motion.
 //!
-//! G. J. Martyna, M. L. Klein and M. Tuckerman, J. Chem. Phys. 97, 2635 (1992); the half step is that of G. J. Martyna,
-//! M. E. Tuckerman, D. J. Tobias and M. L. Klein, Mol. Phys. 87, 1117 (1996), with one step of the chain a half step.
+//! G. J. Martyna, M. L. Klein and M. Tuckerman, J. Chem. Phys. 97, 2635 (1992); the step is the half step of G. J. Martyna,
+//! M. E. Tuckerman, D. J. Tobias and M. L. Klein, Mol. Phys. 87, 1117 (1996), with one step of the chain for a whole one.
 use hvi_kit::math::exp;
 
 /// Variables in the chain.
@@ -44,18 +44,18 @@ impl Chain {
         self.rate[k] = (self.rate[k] * drag + dt * self.force(k, twice_kinetic)) * drag;
     }
 
-    /// Half of a time step `dt` [ps] of the chain, given twice the kinetic energy of the atoms [eV]: the factor for velocities.
-    pub fn half_step(&mut self, twice_kinetic: f64, dt: f64) -> f64 {
+    /// A time step `dt` [ps] of the chain, given twice the kinetic energy of the atoms [eV]: the factor for velocities.
+    pub fn step(&mut self, twice_kinetic: f64, dt: f64) -> f64 {
         for k in (0..LENGTH).rev() {
-            self.kick(k, twice_kinetic, 0.25 * dt);
+            self.kick(k, twice_kinetic, 0.5 * dt);
         }
-        let factor = exp(-0.5 * dt * self.rate[0]);
+        let factor = exp(-dt * self.rate[0]);
         for k in 0..LENGTH {
-            self.place[k] += 0.5 * dt * self.rate[k];
+            self.place[k] += dt * self.rate[k];
         }
         let twice_kinetic = twice_kinetic * factor * factor;
         for k in 0..LENGTH {
-            self.kick(k, twice_kinetic, 0.25 * dt);
+            self.kick(k, twice_kinetic, 0.5 * dt);
         }
         factor
     }
