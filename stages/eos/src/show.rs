@@ -15,6 +15,7 @@ pub(crate) fn views(result: &EosResult) -> Vec<View> {
         views.push(View::Table(quality(fit)));
         views.push(View::Table(correlations(fit)));
         views.push(View::Table(worst(fit)));
+        views.push(View::Table(implied(fit)));
         views.push(View::Figure(isotherms(fit)));
         views.push(View::Figure(misfit(fit)));
     }
@@ -108,6 +109,22 @@ fn correlations(fit: &FitReport) -> Table {
         columns: ["", "C", "S", "gamma0", "a"].map(|c| (c.to_string(), String::new())).into(),
         rows: fit.pressure_correlations.iter().enumerate().map(row).collect(),
         note: format!("Of the logarithms. T_m with g_e, in the temperature fit: {:.2}.", fit.temperature_correlation),
+    }
+}
+
+/// What the fitted model says of melting.
+fn implied(fit: &FitReport) -> Table {
+    let row = |m: &crate::landmarks::Landmark| -> Vec<Cell> {
+        vec![m.name.as_str().into(), m.unit.as_str().into(), m.value.map_or(Cell::Empty, Cell::Number)]
+    };
+    Table {
+        title: "Melting by the fitted GRAY".into(),
+        columns: ["", "unit", "here"].map(|c| (c.to_string(), String::new())).into(),
+        rows: fit.landmarks.iter().map(row).collect(),
+        note: "For copper, measured: melts at 1358 K (ITS-90) with 13.26 kJ/mol (NIST-JANAF); on the Hugoniot between 237 +- 40 and \
+               261 +- 27 GPa (X-ray absorption, arXiv:2503.01939). Royce's copper: 1323-1335 K, 14.9 kJ/mol, 224-284 GPa, release \
+               melting from 136 to 191 GPa, 4.28 to 5.38 km/s."
+            .into(),
     }
 }
 

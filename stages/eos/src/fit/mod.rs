@@ -12,8 +12,8 @@ pub use report::{FitReport, FittedParameter, Residual};
 pub use states::Reference;
 
 use crate::handbook::{COPPER_COHESION, COPPER_MOLAR_MASS};
-use crate::model::gray::Gray;
-use crate::{Eos, EosResult};
+use crate::model::gray::{Gray, Parameters};
+use crate::{Eos, EosError, EosResult};
 use hvi_kit::units::{SpecificEnergy, Temperature};
 use hvi_kit::{Ctx, Invalid, Stage, StageError, inputs};
 use hvi_md::State;
@@ -131,10 +131,21 @@ pub fn fit(params: &Params, states: &[State], ctx: &Ctx<'_>) -> Result<EosResult
             1.0 / p.slope
         ))));
     }
-    let gray = Gray::new(p).map_err(StageError::physics)?;
+    let gray = with_vapour(p).map_err(StageError::physics)?;
     let shifted = two_stage::with_other_volume(&data, gray.parameters(), params.method);
     let bootstrap = report::bootstrap(&data, gray.parameters(), params, ctx)?;
-    let report = FitReport::new(&data, &fit, shifted.as_ref(), params, &bootstrap);
+    let report = FitReport::new(&data, &fit, &gray, shifted.as_ref(), params, &bootstrap);
     let source = format!("fitted to {} states of molecular dynamics", states.len());
     Ok(EosResult { eos: Eos::Gray(gray), source, fit: Some(report) })
+}
+
+/// The model with the largest V_b of 0.5 V0 and below whose vapour joins: with a small g_e the joining functions would let the
+/// vapour's pressure rise with volume at very high temperature. The fit knows nothing of V_b.
+fn with_vapour(mut p: Parameters) -> Result<Gray, EosError> {
+    loop {
+        match Gray::new(p.clone()) {
+            Err(e) if e.parameter == "covolume_ratio" && p.covolume_ratio > 0.2 => p.covolume_ratio -= 0.05,
+            other => return other,
+        }
+    }
 }

@@ -2,7 +2,8 @@
 use super::states::Data;
 use super::two_stage::{self, Fit};
 use super::{Method, Params, Weights};
-use crate::model::gray::{Branch, Parameters};
+use crate::landmarks::{Landmark, landmarks};
+use crate::model::gray::{Branch, Gray, Parameters};
 use hvi_kit::{Ctx, StageError};
 use serde::{Deserialize, Serialize};
 
@@ -60,6 +61,8 @@ pub struct FitReport {
     pub residuals: Vec<Residual>,
     /// Resamplings that could be fitted.
     pub resamplings: u32,
+    /// What the fitted model says of melting and release.
+    pub landmarks: Vec<Landmark>,
     /// Decisions a reader must know, one sentence each.
     pub notes: Vec<String>,
 }
@@ -111,6 +114,7 @@ impl FitReport {
     pub(super) fn new(
         data: &Data,
         fit: &Fit,
+        gray: &Gray,
         shifted: Option<&Parameters>,
         params: &Params,
         bootstrap: &[[f64; 6]],
@@ -150,7 +154,8 @@ impl FitReport {
             condition: fit.pressure.condition,
             residuals: residuals(data, fit, params.method),
             resamplings: bootstrap.len() as u32,
-            notes: notes(params),
+            landmarks: landmarks(gray),
+            notes: notes(params, fit, gray),
         }
     }
 
@@ -176,7 +181,7 @@ fn residuals(data: &Data, fit: &Fit, method: Method) -> Vec<Residual> {
     data.rows.iter().map(of).collect()
 }
 
-fn notes(params: &Params) -> Vec<String> {
+fn notes(params: &Params, fit: &Fit, gray: &Gray) -> Vec<String> {
     let method = match params.method {
         Method::Published => {
             "T is that of the equilibrium model at (V, E), as published: superheated crystals count as molten, so T_m is biased high."
@@ -193,7 +198,19 @@ fn notes(params: &Params) -> Vec<String> {
         Weights::Errors => "States weigh by their standard errors.",
     };
     let classical = "The states are classical and without electrons: g_e absorbs the anharmonicity of the lattice, it is no electronic heat, and the heat capacity at 300 K is 3R rather than the measured 2.94 R.";
-    [method, weights, classical].map(String::from).into()
+    let mut notes: Vec<String> = [method, weights, classical].map(String::from).into();
+    if fit.bounded {
+        notes.push(
+            "The states would have g_e negative: it is held at its bound (eq 34), its error is its own size.".into(),
+        );
+    }
+    let covolume = gray.parameters().covolume_ratio;
+    if covolume < 0.499 {
+        notes.push(format!(
+            "V_b was lowered from 0.5 V0 to {covolume:.2} V0, for the vapour's pressure to fall with volume at this g_e."
+        ));
+    }
+    notes
 }
 
 fn misfit(residuals: impl Iterator<Item = f64>) -> (f64, f64) {

@@ -172,6 +172,23 @@ fn superheating_biases_only_the_published_fit() {
     assert!(published / 1790.0 > 1.02, "{published}");
 }
 
+/// Heat that falls with T as anharmonic lattices' may: eq 34 holds g_e at its bound, and the vapour still joins.
+#[test]
+fn a_negative_electronic_heat_ends_at_its_bound() {
+    let mut made = states(Set::CopperRoyce, 1, |_| 0.05e9);
+    let p = Set::CopperRoyce.parameters();
+    for s in &mut made {
+        s.energy -= 0.7 * p.electronic * s.temperature * s.temperature;
+    }
+    let result = fit(&Params { bootstrap: 0, ..Params::default() }, &made, &Ctx::quiet()).unwrap();
+    let report = result.fit.unwrap();
+    assert!((report.parameters[5].value / 7e-9 - 1.0).abs() < 1e-9, "{:?}", report.parameters[5]);
+    assert!(report.parameters[5].error >= report.parameters[5].value);
+    assert!(report.notes.iter().any(|n| n.contains("held at its bound")));
+    let Eos::Gray(gray) = &result.eos else { unreachable!() };
+    assert!(gray.parameters().covolume_ratio < 0.5 && report.notes.iter().any(|n| n.contains("V_b was lowered")));
+}
+
 /// Resampling whole isochores gives errors of the size of the covariance's where the noise is independent, and the same bits twice.
 #[test]
 fn resampling_agrees_with_the_covariance() {

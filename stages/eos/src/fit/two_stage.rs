@@ -13,10 +13,15 @@ pub(super) struct Fit {
     pub pressure: Minimum,
     /// Tm0, G0. Its covariance holds, in the first fit from a scan, the error of the pressure parameters too.
     pub temperature: Minimum,
+    /// The constraint g_e > 0 is active: the states would have it negative, and it is held at its bound.
+    pub bounded: bool,
 }
 
 /// Rounds of the two fits: the first needs G0 for the electrons' small pressure, the second needs the cold curve.
 const ROUNDS: usize = 3;
+
+/// Lower bound of g_e [J/mol/K2]: a hundredth of the free-electron value.
+const LEAST_ELECTRONIC: f64 = 7e-6;
 
 /// Fits `rows` from `start`; `scan` looks for Tm0 over its whole range before the search.
 pub(super) fn fit(rows: &[Row], start: &Parameters, method: Method, scan: bool) -> Result<Fit, FitError> {
@@ -30,8 +35,7 @@ pub(super) fn fit(rows: &[Row], start: &Parameters, method: Method, scan: bool) 
         p = with_pressure(&p, &pressure.parameters);
         let second =
             if scan && round == 1 { scan_melting(rows, &p, method)? } else { [p.melting_temperature, p.electronic] };
-        let mut temperature =
-            minimise(&second, rows.len(), |x| temperature_residuals(rows, &with_temperature(&p, x), method));
+        let (mut temperature, bounded) = fit_temperature(rows, &p, &second, method);
         settled(&temperature, "temperature of all states by Tm0, g_e")?;
         p = with_temperature(&p, &temperature.parameters);
         if round == rounds {
@@ -39,7 +43,7 @@ pub(super) fn fit(rows: &[Row], start: &Parameters, method: Method, scan: bool) 
                 add_pressure_errors(rows, &p, method, &pressure, &mut temperature);
             }
             let gray = Gray::dense(p).map_err(|e| FitError(e.to_string()))?;
-            return Ok(Fit { gray, pressure, temperature });
+            return Ok(Fit { gray, pressure, temperature, bounded });
         }
     }
     unreachable!("the last round returns")
@@ -52,6 +56,21 @@ pub(super) fn start(data: &Data, cohesive_energy: f64, reference_temperature: f6
     p.cohesive_energy = cohesive_energy;
     p.reference_temperature = reference_temperature;
     p
+}
+
+/// The second fit. Where it drives g_e to zero (eq 34 active), g_e is held at its bound and Tm0 fitted alone; g_e's error is
+/// then its own size.
+fn fit_temperature(rows: &[Row], p: &Parameters, start: &[f64; 2], method: Method) -> (Minimum, bool) {
+    let free = |x: &[f64]| temperature_residuals(rows, &with_temperature(p, x), method);
+    let bound = LEAST_ELECTRONIC / p.molar_mass;
+    let found = minimise(start, rows.len(), free);
+    if found.parameters[1] > bound {
+        return (found, false);
+    }
+    let held = minimise(&start[..1], rows.len(), |x| free(&[x[0], bound]));
+    let variance = held.covariance.as_ref().map(|c| c[0][0]);
+    let covariance = variance.map(|v| vec![vec![v, 0.0], vec![0.0, 1.0]]);
+    (Minimum { parameters: vec![held.parameters[0], bound], covariance, ..held }, true)
 }
 
 /// Adds to the covariance of (Tm0, G0) what the errors of (C, S, gamma0, a) do to them through the cold curve: D C D', with
@@ -141,8 +160,9 @@ fn settled(minimum: &Minimum, what: &str) -> Result<(), FitError> {
     }
     if minimum.condition > 1e4 {
         return Err(FitError(format!(
-            "the states do not determine the parameters in the fit of the {what}: condition number {:.1e} (1e4 at most)",
-            minimum.condition
+            "the states do not determine the parameters in the fit of the {what}: condition number {:.1e} (1e4 at most) at {:?} \
+             (SI)",
+            minimum.condition, minimum.parameters
         )));
     }
     Ok(())
