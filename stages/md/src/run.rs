@@ -15,6 +15,8 @@ use hvi_kit::{Ctx, StageError};
 const RESPONSE: f64 = 0.1;
 /// Time over which motion and structure share heat [s]: a few vibrations.
 const SHARE: f64 = 0.25e-12;
+/// Steps between scalings of the velocities while equilibrating.
+const SCALE_EVERY: usize = 10;
 /// Steps from one look at the structure, at the cancel flag and at the errors to the next.
 pub const LEAST_SAMPLES: usize = 50;
 
@@ -82,13 +84,22 @@ impl Run<'_> {
         self.system.advance(self.step, Some(&mut self.chain)).map_err(StageError::physics)
     }
 
-    /// Runs without looking at results.
+    /// Runs without looking at results: the first half with velocities scaled to the temperature again and again, because
+    /// far from equilibrium the chain's outer variables run away and switch it off for picoseconds.
     fn equilibrate(&mut self, ctx: &Ctx<'_>) -> Result<(), StageError> {
-        for k in 0..self.steps(self.params.equilibration) {
+        let steps = self.steps(self.params.equilibration);
+        for k in 0..steps {
             if k % LEAST_SAMPLES == 0 {
                 self.tick(ctx, 0.0, "equilibrating")?;
             }
-            self.advance()?;
+            if 2 * k >= steps {
+                self.advance()?;
+                continue;
+            }
+            self.system.advance(self.step, None).map_err(StageError::physics)?;
+            if k % SCALE_EVERY == SCALE_EVERY - 1 {
+                self.system.scale(self.params.temperature.si());
+            }
         }
         Ok(())
     }

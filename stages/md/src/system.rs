@@ -169,6 +169,11 @@ impl System {
             let mean = self.velocity.iter().map(|v| v[k]).sum::<f64>() / self.atoms() as f64;
             self.velocity.iter_mut().for_each(|v| v[k] -= mean);
         }
+        self.scale(temperature);
+    }
+
+    /// Scales all velocities so that the temperature is `temperature` [K] exactly.
+    pub fn scale(&mut self, temperature: f64) {
         let squares: f64 = self.velocity.iter().flatten().map(|v| v * v).sum();
         let factor = (self.freedom() * BOLTZMANN * temperature / (self.mass * squares)).sqrt();
         self.velocity.iter_mut().flatten().for_each(|v| *v *= factor);

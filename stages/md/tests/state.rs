@@ -1,0 +1,154 @@
+//! Whole states through the stage: known answers, phases, errors as scattered, refusals.
+use hvi_kit::units::{Pressure, Temperature, Time};
+use hvi_kit::{Artifact, Cancel, Ctx, Stage, StageError};
+use hvi_md::lanes::Isa;
+use hvi_md::{Md, Params, Phase, Potential, State, run};
+
+/// 256 atoms, all else by default.
+fn params(volume_ratio: f64, temperature: f64) -> Params {
+    Params {
+        potential: Potential::Mishin2001,
+        atoms: 256,
+        volume_ratio,
+        temperature: Temperature::new(temperature),
+        time_step: Time::new(3e-15),
+        equilibration: Time::new(1e-12),
+        target_error: Pressure::new(1e8),
+        shortest: Time::new(2e-12),
+        longest: Time::new(60e-12),
+        seed: 1,
+    }
+}
+
+fn state(params: &Params) -> State {
+    Md::run(params, (), &Ctx::quiet()).unwrap()
+}
+
+/// 32.468 +- 0.01 GPa for 256 atoms and 32.535 for 4000 by another program; with the centre of mass's motion 32.53.
+#[test]
+fn hot_solid_has_its_pressure() {
+    let params = Params { target_error: Pressure::new(3e7), atoms: 500, ..params(0.9, 2000.0) };
+    let state = state(&params);
+    assert!(state.pressure_error <= 1e8, "{}", state.pressure_error);
+    assert!(
+        (state.pressure - 32.5e9).abs() < 3.0 * state.pressure_error,
+        "{} {}",
+        state.pressure,
+        state.pressure_error
+    );
+    assert!((state.pressure - 32.53e9).abs() < 4.0 * state.pressure_error, "{}", state.pressure);
+    assert!(state.phase == Phase::Solid && state.mapped && state.on_target);
+}
+
+/// At 1 K the crystal is at rest but for 3 kT an atom and 3 gamma kT/V: the cold curve's 52.1 GPa to 0.1 GPa.
+#[test]
+fn cold_state_is_the_lattice() {
+    let state = state(&params(0.8, 1.0));
+    assert!((state.pressure - 52.1e9).abs() < 1e8, "{}", state.pressure);
+    assert!((state.volume / state.lattice_volume - 0.8).abs() < 1e-12);
+    assert!((state.lattice_volume - 1.1191e-4).abs() < 1e-8 && (state.molar_mass - 0.063546).abs() < 1e-12);
+}
+
+/// Dulong and Petit: at V0 and 300 K E is near 3RT/M, 117.8 kJ/kg, anharmonicity below 1 %.
+#[test]
+fn heat_is_that_of_dulong_and_petit() {
+    let state = state(&params(1.0, 300.0));
+    let classical = 3.0 * 8.314462618 * 300.0 / 0.063546;
+    assert!((state.energy / classical - 1.0).abs() < 0.01, "{} {classical}", state.energy);
+}
+
+/// The equilibrium crystal at V0 melts between 1785 and 2060 K, the perfect one overheats to 2620 K: at 2300 K it is
+/// still a crystal, hot enough to look disordered from near by, at 3100 K a liquid; compressed to 0.8 it is solid at 4000 K.
+#[test]
+fn phases_are_told_apart() {
+    let (overheated, melted, pressed) =
+        (state(&params(1.0, 2300.0)), state(&params(1.0, 3100.0)), state(&params(0.8, 4000.0)));
+    assert!(overheated.phase == Phase::Solid && overheated.order > 0.4, "{overheated:?}");
+    assert!(melted.phase == Phase::Liquid && !melted.mapped && melted.order < 0.05, "{melted:?}");
+    assert!(pressed.phase == Phase::Solid && pressed.mapped, "{pressed:?}");
+    // melting at constant volume raises the pressure by 6 GPa and the energy by 250 kJ/kg
+    assert!(melted.pressure > overheated.pressure + 8e9 && melted.energy > overheated.energy + 4e5);
+}
+
+/// Eight runs that differ by their seed: scattered as their errors say. The ratio of the two variances is an F of 7 and
+/// many degrees of freedom: below 3.5 in 99.9 % of all cases if the errors are right.
+#[test]
+fn errors_are_honest() {
+    for (ratio, temperature) in [(0.9, 2000.0), (1.0, 3600.0)] {
+        let states: Vec<State> = (0..8)
+            .map(|seed| state(&Params { seed, target_error: Pressure::new(2e8), ..params(ratio, temperature) }))
+            .collect();
+        for of in [|s: &State| (s.pressure, s.pressure_error), |s: &State| (s.energy, s.energy_error)] {
+            let mean = states.iter().map(|s| of(s).0).sum::<f64>() / 8.0;
+            let scatter = states.iter().map(|s| (of(s).0 - mean) * (of(s).0 - mean)).sum::<f64>() / 7.0;
+            let claimed = states.iter().map(|s| of(s).1 * of(s).1).sum::<f64>() / 8.0;
+            assert!(scatter < 3.5 * claimed, "{ratio} {temperature}: {} {}", scatter.sqrt(), claimed.sqrt());
+        }
+    }
+}
+
+/// A longer step must not move the answer: 2 and 5 fs agree within three standard errors, liquid and solid.
+#[test]
+fn time_step_does_not_matter() {
+    for (ratio, temperature) in [(0.9, 2000.0), (1.0, 3600.0)] {
+        let at = |step: f64| state(&Params { time_step: Time::new(step), ..params(ratio, temperature) });
+        let (fine, coarse) = (at(2e-15), at(5e-15));
+        let error = fine.pressure_error.hypot(coarse.pressure_error);
+        assert!((fine.pressure - coarse.pressure).abs() < 3.0 * error, "{} {} {error}", fine.pressure, coarse.pressure);
+    }
+}
+
+#[test]
+fn runs_repeat_bit_for_bit_on_any_processor() {
+    let params = Params {
+        shortest: Time::new(0.3e-12),
+        equilibration: Time::new(0.1e-12),
+        target_error: Pressure::new(1e12),
+        ..params(0.7, 3000.0)
+    };
+    let expected = state(&params).encode();
+    for isa in Isa::all() {
+        assert!(run::state(&params, isa, &Ctx::quiet()).unwrap().encode() == expected, "{}", isa.name());
+    }
+    assert_eq!(State::decode(&expected).unwrap().encode(), expected);
+    assert_ne!(state(&Params { seed: 2, ..params }).encode(), expected);
+}
+
+#[test]
+fn a_target_out_of_reach_is_delivered_with_its_error() {
+    let state = state(&Params { target_error: Pressure::new(1e5), longest: Time::new(2.2e-12), ..params(1.0, 4000.0) });
+    assert!(!state.on_target && state.pressure_error > 1e7, "{state:?}");
+    assert!((state.averaged / 2.2e-12 - 1.0).abs() < 0.01, "{}", state.averaged);
+}
+
+/// Hard cases: dense, very hot, cavitating; each gives a finite answer or an error that says where.
+#[test]
+fn hard_cases_are_answered() {
+    let dense = state(&params(0.5, 1000.0));
+    assert!((4.5e11..7e11).contains(&dense.pressure), "{}", dense.pressure);
+    let hot = state(&Params { target_error: Pressure::new(1e9), time_step: Time::new(1e-15), ..params(0.8, 20_000.0) });
+    assert!(hot.phase == Phase::Liquid && hot.pressure > 1.2e11, "{hot:?}");
+    let torn = state(&Params { target_error: Pressure::new(1e9), ..params(1.6, 2500.0) });
+    assert!(torn.pressure.is_finite() && torn.energy > 0.0 && torn.phase == Phase::Liquid, "{torn:?}");
+}
+
+#[test]
+fn a_run_can_be_stopped_and_says_how_far_it_is() {
+    let cancel = Cancel::default();
+    cancel.set();
+    let ctx = Ctx { threads: 1, progress: &(), cancel: &cancel };
+    assert!(matches!(Md::run(&params(1.0, 300.0), (), &ctx), Err(StageError::Cancelled(_))));
+}
+
+#[test]
+fn parameters_have_ranges() {
+    let why = |p: Params| Md::check(&p).unwrap_err();
+    assert!(why(Params { atoms: 300, ..params(1.0, 300.0) }).why.contains("the nearest is 256"));
+    assert!(why(Params { atoms: 108, ..params(1.0, 300.0) }).why.contains("take 256 atoms or more"));
+    assert!(Md::check(&Params { atoms: 108, ..params(1.2, 300.0) }).is_ok());
+    assert_eq!(why(params(0.3, 300.0)).key, "volume_ratio");
+    assert_eq!(why(params(f64::NAN, 300.0)).key, "volume_ratio");
+    assert_eq!(why(params(1.0, -5.0)).key, "temperature");
+    assert_eq!(why(Params { time_step: Time::new(1e-12), ..params(1.0, 300.0) }).key, "time_step");
+    assert_eq!(why(Params { longest: Time::new(1e-12), ..params(1.0, 300.0) }).key, "longest");
+}
