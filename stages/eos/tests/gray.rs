@@ -479,3 +479,42 @@ fn stored_form_is_the_parameters() {
     assert!(bytes.len() < 200, "{}", bytes.len());
     assert_eq!(hvi_eos::EosResult::decode(&bytes).unwrap(), result);
 }
+
+/// Wild parameters, three hundred sets: a typed error, or a model that is finite, rises with E, and keeps E and P together.
+#[test]
+fn wild_parameters_make_a_model_or_an_error() {
+    let mut random = Random(4242);
+    let (mut made, mut refused) = (0, 0);
+    for _ in 0..300 {
+        let mut p = Set::CopperRoyce.parameters();
+        p.volume = random.between_log(0.04e-3, 1e-3);
+        p.sound_speed = random.between_log(1000.0, 12_000.0);
+        p.slope = random.between(0.3, 4.0);
+        p.gruneisen = random.between(0.3, 4.0);
+        p.gruneisen_slope = random.between(0.01, 5.0);
+        p.electronic = random.between_log(1e-5, 1.0);
+        p.melting_temperature = random.between_log(100.0, 10_000.0);
+        p.molar_mass = random.between_log(5e-3, 0.25);
+        p.cohesive_energy = random.between_log(1e4, 1e8);
+        let Ok(gray) = Gray::new(p.clone()) else {
+            refused += 1;
+            continue;
+        };
+        made += 1;
+        for _ in 0..100 {
+            let v = p.volume * random.between_log(0.01, 1e4);
+            let mut last = gray.point(v, -1e6);
+            for i in 0..20 {
+                let at = gray.point(v, 1e3 * random.between_log(1.0, 2.0) * f64::from(1 << i));
+                assert!(at.pressure.is_finite() && at.temperature.is_finite() && at.sound_speed > 0.0, "{p:?} {at:?}");
+                assert!(at.temperature >= last.temperature && at.phase >= last.phase, "{p:?} {v} {last:?} {at:?}");
+                last = at;
+            }
+            let t = random.between_log(10.0, 1e5);
+            let (at, phase) = gray.at(v, t);
+            let back = gray.point(v, at.energy);
+            assert!((back.temperature / t - 1.0).abs() < 1e-9, "{p:?} {} {t} {phase:?} {back:?}", v / p.volume);
+        }
+    }
+    assert!(made >= 20 && refused >= 20, "{made} {refused}");
+}

@@ -71,10 +71,10 @@ struct Excess {
 
 impl Local {
     #[inline]
-    pub fn at(p: &Parameters, table: &Table<3>, u: f64) -> Local {
+    pub fn at(p: &Parameters, k: &Constants, table: &Table<3>, u: f64) -> Local {
         let [cold, melting, electronic] = table.at(u);
         let x = 1.0 - u;
-        let per_v0 = 1.0 / p.volume;
+        let per_v0 = k.per_volume;
         let gamma = p.gruneisen - p.gruneisen_slope * x;
         Local {
             v: u * p.volume,
@@ -117,7 +117,7 @@ impl Local {
         let q = 1.0 / (1.0 + fourth);
         let w = k.band_entropy * self.tm * relative * q.sqrt().sqrt();
         // Logarithmic derivatives by V: of the stiffness (constant beyond the cap), of `relative`, of w.
-        let per_v0 = 1.0 / p.volume;
+        let per_v0 = k.per_volume;
         let (mut stiff1, mut stiff2) = (0.0, 0.0);
         if self.x < k.cap {
             let s = p.slope;
@@ -250,7 +250,7 @@ impl Local {
     pub fn answer(&self, p: &Parameters, k: &Constants, t: f64, regime: &Regime) -> Answer {
         let per_v = 1.0 / self.v;
         let gamma_v = self.gamma * per_v;
-        let dgamma = p.gruneisen_slope / p.volume;
+        let dgamma = p.gruneisen_slope * k.per_volume;
         let electrons = p.electronic_gruneisen * self.g * per_v;
         let mut answer = Answer {
             energy: self.solid_energy(k, t),
@@ -267,7 +267,7 @@ impl Local {
             Regime::Melting(band) => self.add_band(p, k, band, t, &mut answer),
             Regime::Liquid | Regime::HotLiquid => {
                 let excess = self.excess(k, t, matches!(regime, Regime::HotLiquid));
-                self.add_liquid(p, t, 1.0, &excess, &mut answer);
+                self.add_liquid(p, k, t, 1.0, &excess, &mut answer);
                 answer.liquid = 1.0;
             }
         }
@@ -276,10 +276,10 @@ impl Local {
 
     /// Adds `share` of the liquid's excess, the share held fixed.
     #[inline]
-    fn add_liquid(&self, p: &Parameters, t: f64, share: f64, excess: &Excess, answer: &mut Answer) {
+    fn add_liquid(&self, p: &Parameters, k: &Constants, t: f64, share: f64, excess: &Excess, answer: &mut Answer) {
         let per_v = 1.0 / self.v;
         let pull = self.lambda * per_v;
-        let dpull = (2.0 * p.gruneisen_slope / p.volume - pull) * per_v;
+        let dpull = (2.0 * p.gruneisen_slope * k.per_volume - pull) * per_v;
         answer.energy += share * excess.energy;
         answer.pressure += share * pull * excess.energy;
         answer.p_t += share * pull * excess.heat;
@@ -291,7 +291,7 @@ impl Local {
     fn add_band(&self, p: &Parameters, k: &Constants, band: &Band, t: f64, answer: &mut Answer) {
         let share = self.share(k, band, t).clamp(0.0, 1.0);
         let excess = self.excess(k, t, false);
-        self.add_liquid(p, t, share, &excess, answer);
+        self.add_liquid(p, k, t, share, &excess, answer);
         let (mixed, lean) = (share * (1.0 - share), 0.5 * (1.0 - 2.0 * share));
         let pull = self.lambda / self.v * excess.energy;
         let entropy = (excess.energy - band.w * (0.5 - share)) / t;

@@ -37,6 +37,8 @@ pub struct Gray {
 /// Numbers that depend on the parameters alone; heat capacities and entropies per kilogram [J/kg/K].
 #[derive(Clone, Debug, PartialEq)]
 struct Constants {
+    /// 1 / V0 [kg/m3].
+    per_volume: f64,
     /// R'.
     gas: f64,
     /// 3 R'.
@@ -109,7 +111,7 @@ impl Gray {
         let p = &parameters;
         let table = cold::table(p);
         let mut constants = Constants::new(p, table.range().0);
-        let end = Local::at(p, &table, constants.densest).answer(p, &constants, 0.0, &Regime::Solid);
+        let end = Local::at(p, &constants, &table, constants.densest).answer(p, &constants, 0.0, &Regime::Solid);
         constants.stiffness = -end.p_v * p.volume;
         let join = join(p, &constants, &table);
         let vapour = Vapour::new(p, &constants, &join);
@@ -148,13 +150,13 @@ impl Gray {
     /// V/V0, not below the smallest tabulated, and how far it was below.
     #[inline]
     fn ratio(&self, volume: f64) -> (f64, f64) {
-        let u = volume / self.parameters.volume;
+        let u = volume * self.constants.per_volume;
         let held = u.max(self.constants.densest);
         (held, held - u)
     }
     #[inline]
     fn local(&self, u: f64) -> Local {
-        Local::at(&self.parameters, &self.table, u)
+        Local::at(&self.parameters, &self.constants, &self.table, u)
     }
 
     /// Pressure, temperature, sound speed and phase at `volume` [m3/kg] and `energy` [J/kg].
@@ -285,6 +287,7 @@ impl Constants {
         // The band's relative width is at most 1/2 (see `dense.rs`), so its ends can't lie further from 1 than this.
         let (square, widest) = ((entropy - alpha) * (entropy - alpha), 0.5 * alpha * (entropy - alpha));
         Constants {
+            per_volume: 1.0 / p.volume,
             gas,
             heat: 3.0 * gas,
             entropy,
@@ -306,7 +309,7 @@ impl Constants {
 
 /// The hot liquid at V_J as polynomials in temperature, read off at three temperatures' worth of exact coefficients.
 fn join(p: &Parameters, k: &Constants, table: &Table<3>) -> Join {
-    let local = Local::at(p, table, k.join);
+    let local = Local::at(p, k, table, k.join);
     let cold = local.answer(p, k, 0.0, &Regime::HotLiquid);
     let warm = local.answer(p, k, 1.0, &Regime::HotLiquid);
     Join {
