@@ -20,9 +20,10 @@ const WIDTH: f64 = 720.0;
 const HEIGHT: f64 = 420.0;
 /// Plot area: left, top, right, bottom.
 const AREA: [f64; 4] = [74.0, 16.0, 704.0, 360.0];
-/// Entries a row of the legend, below the plot.
-const LEGEND_COLUMNS: usize = 4;
+/// Rows of the legend, below the plot.
 const LEGEND_ROW: f64 = 20.0;
+/// Mean width of a letter.
+const LETTER: f64 = 6.6;
 
 /// One axis, laid out.
 struct Scale {
@@ -93,7 +94,8 @@ impl Scale {
         let stride = decades.div_ceil(most.max(1)).max(1);
         let mantissas: &[f64] = if self.high / self.low < 300.0 { &[1.0, 2.0, 5.0] } else { &[1.0] };
         let inside = |v: &f64| *v >= self.low * (1.0 - 1e-9) && *v <= self.high * (1.0 + 1e-9);
-        let name = |e: i32, m: f64| if (-3..5).contains(&e) { number(m * ten(e), 3) } else { power(m, e) };
+        let plain = first >= -3 && last <= 5;
+        let name = |e: i32, m: f64| if plain { number(m * ten(e), 3) } else { power(m, e) };
         (first..=last)
             .step_by(stride)
             .flat_map(|e| mantissas.iter().map(move |&m| (m * ten(e), m, e)))
@@ -127,7 +129,7 @@ pub fn svg(figure: &Figure) -> String {
     let x = Scale::new(&figure.x, points().map(|p| p.0), false, [AREA[0], AREA[2]]);
     let y = Scale::new(&figure.y, points().map(|p| p.1).chain(bars), true, [AREA[3], AREA[1]]);
     let labelled: Vec<(&Series, &str)> = coloured(&figure.series).filter(|(s, _)| !s.label.is_empty()).collect();
-    let height = HEIGHT + LEGEND_ROW * labelled.len().div_ceil(LEGEND_COLUMNS).saturating_sub(1) as f64;
+    let height = HEIGHT + LEGEND_ROW * (flow(&labelled).1 - 1) as f64;
     let mut out = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {height}\" width=\"{WIDTH}\" height=\"{height}\" role=\"img\" \
          font-family=\"system-ui, sans-serif\" font-size=\"12.5\" fill=\"none\" stroke-width=\"1\">\n<title>{}</title>\n",
@@ -247,33 +249,45 @@ fn marker(out: &mut String, style: Style, colour: &str, x: f64, y: f64) {
     };
 }
 
+/// Places of the legend's entries, left to right and row by row as they fit; and the number of rows.
+fn flow(entries: &[(&Series, &str)]) -> (Vec<(f64, usize)>, usize) {
+    let (mut x, mut row) = (AREA[0], 0);
+    let place = |(s, _): &(&Series, &str)| {
+        let width = 48.0 + LETTER * shorten(&s.label).chars().count() as f64;
+        if x > AREA[0] && x + width > AREA[2] + 16.0 {
+            (x, row) = (AREA[0], row + 1);
+        }
+        let here = (x, row);
+        x += width;
+        here
+    };
+    let places: Vec<_> = entries.iter().map(place).collect();
+    let rows = places.last().map_or(1, |p| p.1 + 1);
+    (places, rows)
+}
+
 fn legend(out: &mut String, entries: &[(&Series, &str)]) {
-    let column = (AREA[2] - AREA[0]) / LEGEND_COLUMNS.min(entries.len()).max(1) as f64;
-    for (k, (s, colour)) in entries.iter().enumerate() {
-        let x = AREA[0] + column * (k % LEGEND_COLUMNS) as f64;
-        let y = HEIGHT - 6.0 + LEGEND_ROW * (k / LEGEND_COLUMNS) as f64;
+    for ((s, colour), (x, row)) in entries.iter().zip(flow(entries).0) {
+        let y = HEIGHT - 6.0 + LEGEND_ROW * row as f64;
         let middle = y - 4.0;
         match s.style {
             Style::Line | Style::Dashed => {
+                let dash = dash(s.style);
                 let _ = writeln!(
                     out,
-                    "<path d=\"M{x:.1} {middle:.1}h22\" stroke=\"{colour}\" stroke-width=\"1.8\"{}/>",
-                    dash(s.style)
+                    "<path d=\"M{x:.1} {middle:.1}h22\" stroke=\"{colour}\" stroke-width=\"1.8\"{dash}/>"
                 );
             }
             style => marker(out, style, colour, x + 11.0, middle),
         }
-        text(out, x + 28.0, y, "start", &shorten(&s.label, (column / 6.6) as usize - 4));
+        text(out, x + 28.0, y, "start", &shorten(&s.label));
     }
 }
 
-/// At most `most` characters of `text`.
-fn shorten(text: &str, most: usize) -> String {
-    if text.chars().count() <= most {
-        text.into()
-    } else {
-        text.chars().take(most.saturating_sub(1)).chain(['…']).collect()
-    }
+/// At most as many characters as fit into one row of the legend.
+fn shorten(text: &str) -> String {
+    const MOST: usize = 84;
+    if text.chars().count() <= MOST { text.into() } else { text.chars().take(MOST - 1).chain(['…']).collect() }
 }
 
 #[cfg(test)]
@@ -353,6 +367,6 @@ mod tests {
         assert_eq!(names(false, -0.04, 1.04), "0.0 0.2 0.4 0.6 0.8 1.0");
         assert_eq!(names(false, -11.0, 52.0), "0 20 40");
         assert_eq!(names(true, 0.5, 20.0), "0.5 1 2 5 10 20");
-        assert_eq!(names(true, 1e-9, 1.1e3), "10⁻⁹ 10⁻⁶ 0.001 1 1000");
+        assert_eq!(names(true, 1e-9, 1.1e3), "10⁻⁹ 10⁻⁶ 10⁻³ 10⁰ 10³");
     }
 }

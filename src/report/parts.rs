@@ -7,8 +7,9 @@ use serde::Serialize;
 
 /// Rows of one table that the page holds; the files beside it hold all.
 const MOST_ROWS: usize = 500;
-/// Tables longer than this are folded.
-const LONG_TABLE: usize = 24;
+/// Tables longer than this scroll in a box, those longer than the next are folded as well.
+const LONG_TABLE: usize = 20;
+const GREAT_TABLE: usize = 48;
 /// Pictures in the whole page, and in one sweep.
 const MOST_PICTURES: usize = 96;
 const MOST_PICTURES_A_SWEEP: usize = 32;
@@ -39,6 +40,7 @@ pub struct Grid {
     head: Vec<Head>,
     rows: Vec<Vec<Text>>,
     left_out: usize,
+    tall: bool,
     folded: bool,
     total: usize,
     note: String,
@@ -137,7 +139,8 @@ fn grid(title: &str, head: Vec<(String, String)>, mut rows: Vec<Vec<Text>>, note
         head,
         left_out: total - rows.len(),
         rows,
-        folded: total > LONG_TABLE,
+        tall: total > LONG_TABLE,
+        folded: total > GREAT_TABLE,
         total,
         note: note.into(),
     }
@@ -148,7 +151,7 @@ fn table(t: &Table) -> Grid {
     let shown = t.rows.iter().take(MOST_ROWS).map(|row| row.iter().map(Text::of).collect()).collect();
     let mut grid = grid(&t.title, t.columns.clone(), shown, &t.note);
     (grid.total, grid.left_out) = (t.rows.len(), t.rows.len().saturating_sub(MOST_ROWS));
-    grid.folded = t.rows.len() > LONG_TABLE;
+    (grid.tall, grid.folded) = (t.rows.len() > LONG_TABLE, t.rows.len() > GREAT_TABLE);
     grid
 }
 
@@ -203,8 +206,8 @@ pub fn sweep(points: &[Point]) -> Option<Grid> {
     head.extend(scalars.iter().map(|s| (s.name.clone(), s.unit.clone())));
     head.push(("time".into(), String::new()));
     let mut grid = grid("", head, rows, "");
-    (grid.total, grid.left_out, grid.folded) =
-        (points.len(), points.len().saturating_sub(MOST_ROWS), points.len() > LONG_TABLE);
+    (grid.total, grid.left_out) = (points.len(), points.len().saturating_sub(MOST_ROWS));
+    (grid.tall, grid.folded) = (points.len() > LONG_TABLE, points.len() > GREAT_TABLE);
     Some(grid)
 }
 

@@ -32,6 +32,8 @@ pub struct Film {
     pub mass: f64,
     /// Part of it that lies in the frame [kg].
     pub caught: f64,
+    /// Whether gaps between particles were filled.
+    pub smooth: bool,
     /// How mass per area becomes grey.
     pub tone: Tone,
     /// Mass per area that is full black [kg/m2].
@@ -80,9 +82,10 @@ impl Film {
         let outside = 100.0 * (1.0 - self.caught / self.mass);
         let note = format!(
             "Density projection: mass along the line of sight, dark where there is much. Grey is {scale}; full black is \
-             {} kg/m2 or more. {}A pixel is {} mm; {} % of the mass lies outside the frame.",
+             {} kg/m2 or more. {}{}A pixel is {} mm; {} % of the mass lies outside the frame.",
             digits(self.black),
             if times.len() > 1 { format!("{} exposures add up on one film. ", times.len()) } else { String::new() },
+            if self.smooth { "Where a cloud has thinned, particles are smeared up to their neighbours. " } else { "" },
             digits(self.raster.pixel * 1e3),
             digits(outside.max(0.0)),
         );

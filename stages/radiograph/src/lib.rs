@@ -1,12 +1,14 @@
 //! X-ray-like images of impact results: the density projection, and the phase map beside it.
 //!
-//! `camera.rs` where the film stands; `project.rs` mass onto pixels; `film.rs` the result and its grey scale; `phases.rs` the
+//! `camera.rs` where the film stands; `project.rs` mass onto pixels; `spread.rs` how far each particle
+//! is smeared; `film.rs` the result and its grey scale; `phases.rs` the
 //! cut coloured by phase; `scale_bar.rs` the bar below a picture.
 mod camera;
 mod film;
 mod phases;
 mod project;
 mod scale_bar;
+mod spread;
 pub use camera::{Angles, Camera, Frame, Named, Raster, View, describe};
 pub use film::{Film, Tone};
 pub use phases::{COLOURS, PhaseMap};
@@ -31,15 +33,22 @@ pub struct Params {
     /// Pixels across.
     #[serde(default = "default_width")]
     pub width: u32,
-    /// Part of the film plane to show; none: all but the outermost 0.1 % of the mass, with a margin.
+    /// Part of the film plane to show; none: all but the outermost 0.3 % of the mass on each side, with a margin.
     #[serde(default)]
     pub frame: Option<Frame>,
+    /// Fill the gaps between particles that a thin cloud has; else every particle is as large as its own matter.
+    #[serde(default = "yes")]
+    pub smooth: bool,
     /// How mass per area becomes grey.
     #[serde(default)]
     pub tone: Tone,
     /// Thickness of solid plate material that is full black; none: what 99.5 % of the exposed pixels stay below.
     #[serde(default)]
     pub black: Option<Length>,
+}
+
+fn yes() -> bool {
+    true
 }
 
 fn default_width() -> u32 {
@@ -55,7 +64,7 @@ hvi_kit::inputs! {
 }
 
 /// Part of the mass that may lie beyond each edge of an automatic frame.
-const STRAYS: f64 = 5e-4;
+const STRAYS: f64 = 3e-3;
 /// Part of an automatic frame's width that is added on every side.
 const MARGIN: f64 = 0.04;
 /// Frames are at most this many times as high as wide, or as wide as high.
@@ -112,8 +121,9 @@ impl Stage for Radiograph {
             None => frame_all(run, &shots, &camera, p.width),
         };
         let mut plate = Plate::new(raster);
-        for shot in &shots {
-            plate.expose(run, &shot.particles, &camera, ctx)?;
+        let sides: Vec<Vec<f64>> = shots.iter().map(|s| spread::sides(run, &s.particles, p.smooth)).collect();
+        for (shot, sides) in shots.iter().zip(&sides) {
+            plate.expose(run, &shot.particles, sides, &camera, ctx)?;
         }
         let side = Camera::new(View::default());
         let cut = if camera == side { raster } else { frame_all(run, &shots, &side, p.width) };
@@ -129,10 +139,11 @@ impl Stage for Radiograph {
             raster,
             mass,
             caught,
+            smooth: p.smooth,
             tone: p.tone,
             black: p.black.map_or_else(|| Film::auto_black(&density), |b| b.si() * plate_density),
             velocity: run.velocity,
-            phases: shots.iter().map(|s| PhaseMap::new(run, s, cut)).collect(),
+            phases: shots.iter().zip(&sides).map(|(shot, sides)| PhaseMap::new(run, shot, sides, cut)).collect(),
             density,
         })
     }

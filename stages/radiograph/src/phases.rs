@@ -1,7 +1,7 @@
 //! The phase map: a cut along the impact axis, every particle coloured by its phase.
 use crate::camera::{Camera, Raster};
 use crate::film::microseconds;
-use crate::project::{covered, images, place, size};
+use crate::project::{covered, images, place};
 use crate::scale_bar;
 use hvi_impact::result::{Impact, PHASES, Snapshot, Space};
 use hvi_kit::view::Picture;
@@ -28,7 +28,7 @@ pub struct PhaseMap {
 
 impl PhaseMap {
     /// The cut z = 0 through `run` at the time of `snapshot`; both halves of an axisymmetric run.
-    pub fn new(run: &Impact, snapshot: &Snapshot, raster: Raster) -> PhaseMap {
+    pub fn new(run: &Impact, snapshot: &Snapshot, sides: &[f64], raster: Raster) -> PhaseMap {
         let p = &snapshot.particles;
         let camera = Camera { right: [1.0, 0.0, 0.0], up: [0.0, 1.0, 0.0] };
         let mut map = PhaseMap { time: snapshot.time, raster, code: vec![NOTHING; raster.pixels()], shares: [0.0; 5] };
@@ -43,9 +43,8 @@ impl PhaseMap {
             total += f64::from(p.mass[i]);
             for &sign in &images {
                 let at = place(p, i, sign);
-                let side = size(run.space, p, i, run.cell);
                 if at[2].abs() <= 0.5 * run.cell {
-                    map.paint(camera.project(at), side, phase);
+                    map.paint(camera.project(at), sides[i].min(run.cell), phase);
                 }
             }
         }
@@ -53,10 +52,10 @@ impl PhaseMap {
         map
     }
 
-    /// A square of `side`, at least two pixels wide so that single particles show.
+    /// A square of `side`, at least three pixels wide so that single particles show.
     fn paint(&mut self, at: [f64; 2], side: f64, phase: u8) {
         let r = self.raster;
-        let half = (0.5 * side / r.pixel).max(1.0);
+        let half = (0.5 * side / r.pixel).max(1.5);
         for (row, share) in covered((r.top - at[1]) / r.pixel, half, r.height) {
             for (column, part) in covered((at[0] - r.left) / r.pixel, half, r.width) {
                 // Only pixels that the square covers by half or more, or neighbours would overwrite each other's edges.

@@ -4,6 +4,9 @@ use hvi_impact::result::{Impact, Particles, Space};
 use hvi_kit::{Cancelled, Ctx, math};
 use std::f64::consts::PI;
 
+/// Half of the least width on the film [pixels]: a point would vanish where it lies on a pixel's edge.
+const NARROWEST: f64 = 1e-4;
+
 /// Side of the cube of intact matter that a 3-D particle stands for, or of the square section of a ring [m].
 ///
 /// Particles that lie as they were created tile their body exactly: solid matter shows no pattern of particles. Bounded
@@ -47,17 +50,24 @@ impl Plate {
         Plate { raster, mass: vec![0.0; raster.pixels()] }
     }
 
-    /// Adds one state of `run` as seen by `camera`.
+    /// Adds one state of `run` as seen by `camera`; `sides` [m] says how far each particle is smeared.
     ///
     /// # Errors
     /// [`Cancelled`].
-    pub fn expose(&mut self, run: &Impact, p: &Particles, camera: &Camera, ctx: &Ctx<'_>) -> Result<(), Cancelled> {
+    pub fn expose(
+        &mut self,
+        run: &Impact,
+        p: &Particles,
+        sides: &[f64],
+        camera: &Camera,
+        ctx: &Ctx<'_>,
+    ) -> Result<(), Cancelled> {
         let images = images(run.space);
         for i in 0..p.mass.len() {
             if i % 4096 == 0 {
                 ctx.tick(i as f64, p.mass.len() as f64, "projecting")?;
             }
-            let (mass, side) = (f64::from(p.mass[i]), size(run.space, p, i, run.cell));
+            let (mass, side) = (f64::from(p.mass[i]), sides[i]);
             for &sign in &images {
                 let at = place(p, i, sign);
                 match run.space {
@@ -73,11 +83,22 @@ impl Plate {
     /// A square of side `side` about `centre`, of even mass.
     fn add_box(&mut self, centre: [f64; 2], side: f64, mass: f64) {
         let r = self.raster;
-        let (half, across) = (0.5 * side / r.pixel, (centre[0] - r.left) / r.pixel);
+        let (half, across) = ((0.5 * side / r.pixel).max(NARROWEST), (centre[0] - r.left) / r.pixel);
         let down = (r.top - centre[1]) / r.pixel;
-        for (row, share) in covered(down, half, r.height) {
-            for (column, part) in covered(across, half, r.width) {
-                self.mass[row * r.width as usize + column] += mass * share * part;
+        // Mass per pixel inside the square; at its edges the part of the pixel that it covers.
+        let full = mass / (4.0 * half * half);
+        let span = |middle: f64, count: u32| {
+            let (low, high) = (middle - half, middle + half);
+            (low, high, low.floor().max(0.0), high.ceil().min(f64::from(count)))
+        };
+        let (left, right, first, last) = span(across, r.width);
+        let (top, bottom, upper, lower) = span(down, r.height);
+        let part = |edge: f64, low: f64, high: f64| ((edge + 1.0).min(high) - edge.max(low)).max(0.0);
+        for row in upper as usize..lower.max(upper) as usize {
+            let share = full * part(row as f64, top, bottom);
+            let line = &mut self.mass[row * r.width as usize..];
+            for column in first as usize..last.max(first) as usize {
+                line[column] += share * part(column as f64, left, right);
             }
         }
     }
@@ -122,8 +143,7 @@ impl Plate {
 
 /// Pixels of `0..count` that the interval `centre -+ half` (in pixels) covers, each with its share of the interval.
 pub fn covered(centre: f64, half: f64, count: u32) -> impl Iterator<Item = (usize, f64)> {
-    // A point would vanish where it lies on a pixel's edge, so nothing is narrower than 2e-4 pixels.
-    let half = half.max(1e-4);
+    let half = half.max(NARROWEST);
     let (low, high) = (centre - half, centre + half);
     let (first, last) = (low.floor().max(0.0), high.ceil().min(f64::from(count)));
     (0..(last - first).max(0.0) as usize).map(move |k| {

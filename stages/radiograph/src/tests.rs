@@ -66,7 +66,7 @@ fn quarter_sphere(n: i32) -> Impact {
 fn framed(view: View, width: u32) -> Params {
     let corner = |x: f64| [Length::new(x), Length::new(x)];
     let frame = Some(Frame { from: corner(-6e-3), to: corner(6e-3) });
-    Params { view, exposures: vec![], width, frame, tone: Tone::Log, black: None }
+    Params { view, exposures: vec![], width, frame, smooth: true, tone: Tone::Log, black: None }
 }
 
 fn angles(azimuth: f64, elevation: f64) -> View {
@@ -145,7 +145,8 @@ fn a_ring_has_the_abel_kernel() {
     let (r, side) = (4e-3, 4e-6);
     let mut p = Particles::default();
     add(&mut p, [0.0, r, 0.0], DENSITY * 2.0 * PI * r * side * side);
-    let film = expose(&framed(View::default(), 96), impact(Space::Axisymmetric, 1e-3, vec![(0.0, p)]));
+    let sharp = Params { smooth: false, ..framed(View::default(), 96) };
+    let film = expose(&sharp, impact(Space::Axisymmetric, 1e-3, vec![(0.0, p)]));
     let f = film.raster;
     for row in 0..f.height {
         let top = f.top - f64::from(row) * f.pixel;
@@ -294,4 +295,26 @@ fn the_artifact_reads_back_and_shows_its_pictures() {
         let hvi_kit::view::View::Picture(p) = view else { panic!("a picture is expected") };
         assert_eq!(p.rgb.len(), (3 * p.width * p.height) as usize);
     }
+}
+
+/// A lattice with a ninth of its matter leaves gaps of two thirds of its spacing, 3.3 pixels, of which 2 in 5 or more stay quite
+/// empty, unless it is smoothed; the mass is the same either way.
+#[test]
+fn smoothing_fills_the_gaps_of_a_thin_cloud() {
+    let h = RADIUS / 10.0;
+    let mut p = Particles::default();
+    for (i, j) in (0..10).flat_map(|i| (0..10).map(move |j| (i, j))) {
+        let r = (f64::from(j) + 0.5) * h;
+        add(&mut p, [(f64::from(i) - 4.5) * h, r, 0.0], DENSITY * 2.0 * PI * r * h * h / 9.0);
+    }
+    let run = impact(Space::Axisymmetric, 2.0 * h, vec![(0.0, p)]);
+    let gaps = |smooth: bool| {
+        let film = expose(&Params { smooth, ..framed(View::default(), 120) }, run.clone());
+        let row = (film.raster.height / 2 * film.raster.width) as usize;
+        let inside = &film.density[row + 40..row + 80];
+        (film.caught, inside.iter().filter(|&&d| d == 0.0).count())
+    };
+    let ((mass_with, with), (mass_without, without)) = (gaps(true), gaps(false));
+    assert!(with == 0 && without >= 16, "{with} and {without} of 40 pixels are empty");
+    assert!((mass_with / mass_without - 1.0).abs() < 1e-12);
 }
