@@ -137,3 +137,36 @@ fn make(params: &Params) -> Result<EosResult, Invalid> {
         )),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hvi_kit::Artifact;
+
+    #[test]
+    fn every_set_is_an_equation_of_state_to_look_at() {
+        for set in Set::ALL {
+            let params = Params { set: Some(set), mie_gruneisen: None };
+            Handbook::check(&params).unwrap();
+            let result = Handbook::run(&params, (), &Ctx::quiet()).unwrap();
+            assert_eq!(result.eos.name(), "GRAY");
+            assert_eq!(result.views().len(), 3);
+        }
+    }
+
+    #[test]
+    fn one_key_is_wanted_and_a_bad_value_is_named() {
+        let wrong = |params: &Params| Handbook::check(params).unwrap_err();
+        assert!(wrong(&Params { set: None, mie_gruneisen: None }).why.contains("either `set`"));
+        let linear = Linear {
+            density: Density::new(2703.0),
+            sound_speed: Velocity::new(5240.0),
+            slope: 1.4,
+            gruneisen: -1.97,
+            heat_capacity: SpecificHeat::new(875.0),
+            reference_temperature: room(),
+        };
+        let message = wrong(&Params { set: None, mie_gruneisen: Some(linear) });
+        assert_eq!((message.key.as_str(), message.why.contains("gruneisen is -1.97")), ("mie_gruneisen", true));
+    }
+}

@@ -1,7 +1,8 @@
 //! Equations of state: pressure, temperature, sound speed and phase from volume and energy; and their fit.
 //!
-//! `eos.rs` the one interface; `model/` one file a model; `curve.rs` Hugoniot and release; `landmarks.rs` melting in numbers; `handbook.rs` published
-//! parameters (stage `eos.handbook`); `fit/` GRAY from states (stage `eos.gray`); `result.rs` what both pass on, `show.rs` how it looks.
+//! `eos.rs` the one interface; `model/` one file a model; `curve.rs` Hugoniot and release; `landmarks.rs` melting in numbers;
+//! `handbook.rs` published parameters (stage `eos.handbook`); `fit/` GRAY from states (stage `eos.gray`); `result.rs` what both
+//! pass on; `show.rs` how it looks.
 //! SI throughout: V specific volume [m3/kg], E specific energy [J/kg], P [Pa], T [K]; energy is zero at the reference
 //! state (V0, T0) of the metals.
 pub mod curve;

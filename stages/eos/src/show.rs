@@ -121,9 +121,9 @@ fn implied(fit: &FitReport) -> Table {
         title: "Melting by the fitted GRAY".into(),
         columns: ["", "unit", "here"].map(|c| (c.to_string(), String::new())).into(),
         rows: fit.landmarks.iter().map(row).collect(),
-        note: "For copper, measured: melts at 1358 K (ITS-90) with 13.26 kJ/mol (NIST-JANAF); on the Hugoniot between 237 +- 40 and \
-               261 +- 27 GPa (X-ray absorption, arXiv:2503.01939). Royce's copper: 1323-1335 K, 14.9 kJ/mol, 224-284 GPa, release \
-               melting from 136 to 191 GPa, 4.28 to 5.38 km/s."
+        note: "For copper, measured: melts at 1358 K (ITS-90) with 13.26 kJ/mol (NIST-JANAF); on the Hugoniot between \
+               237 +- 40 and 261 +- 27 GPa (X-ray absorption, arXiv:2503.01939). Royce's copper: 1323-1335 K, 14.9 kJ/mol, \
+               224-284 GPa, release melting from 136 to 191 GPa, 4.28 to 5.38 km/s."
             .into(),
     }
 }

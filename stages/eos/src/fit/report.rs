@@ -184,11 +184,12 @@ fn residuals(data: &Data, fit: &Fit, method: Method) -> Vec<Residual> {
 fn notes(params: &Params, fit: &Fit, gray: &Gray) -> Vec<String> {
     let method = match params.method {
         Method::Published => {
-            "T is that of the equilibrium model at (V, E), as published: superheated crystals count as molten, so T_m is biased high."
+            "T is that of the equilibrium model at (V, E), as published: superheated crystals count as molten, so T_m is \
+             biased high."
         }
         Method::Labelled => {
-            "T is that of the branch (solid or liquid) each state was seen in: superheating of the crystal does not enter, T_m comes \
-             from the liquid's energy."
+            "T is that of the branch (solid or liquid) each state was seen in: superheating of the crystal does not enter, \
+             T_m comes from the liquid's energy."
         }
     };
     let weights = match params.weights {
@@ -197,7 +198,8 @@ fn notes(params: &Params, fit: &Fit, gray: &Gray) -> Vec<String> {
         }
         Weights::Errors => "States weigh by their standard errors.",
     };
-    let classical = "The states are classical and without electrons: g_e absorbs the anharmonicity of the lattice, it is no electronic heat, and the heat capacity at 300 K is 3R rather than the measured 2.94 R.";
+    let classical = "The states are classical and without electrons: g_e absorbs the anharmonicity of the lattice, it is no \
+                     electronic heat, and the heat capacity at 300 K is 3R rather than the measured 2.94 R.";
     let mut notes: Vec<String> = [method, weights, classical].map(String::from).into();
     if fit.bounded {
         notes.push(

@@ -3,8 +3,9 @@ use super::states::{Data, Row};
 use super::{FitError, Method, Params, Weights, fit, two_stage};
 use crate::handbook::Set;
 use crate::model::gray::{Branch, Gray, Parameters};
-use crate::{Eos, Phase};
-use hvi_kit::Ctx;
+use crate::{Eos, EosResult, Phase};
+use hvi_kit::view::View;
+use hvi_kit::{Artifact, Ctx};
 use hvi_md::State;
 
 /// Normal deviates: sums of twelve uniform numbers of a 64-bit xorshift generator.
@@ -151,7 +152,8 @@ fn the_stage_recovers_the_truth_within_its_errors() {
     }
 }
 
-/// Superheated crystals: solid states kept 20 % above the melting band. The labelled fit does not see them, the published one is biased.
+/// Superheated crystals: solid states kept 20 % above the melting band. The labelled fit does not see them, the published one
+/// is biased.
 #[test]
 fn superheating_biases_only_the_published_fit() {
     let gray = Gray::new(Set::CopperRoyce.parameters()).unwrap();
@@ -189,7 +191,8 @@ fn a_negative_electronic_heat_ends_at_its_bound() {
     assert!(gray.parameters().covolume_ratio < 0.5 && report.notes.iter().any(|n| n.contains("V_b was lowered")));
 }
 
-/// Resampling whole isochores gives errors of the size of the covariance's where the noise is independent, and the same bits twice.
+/// Resampling whole isochores gives errors of the size of the covariance's where the noise is independent, and the same bits
+/// twice.
 #[test]
 fn resampling_agrees_with_the_covariance() {
     let made = states(Set::CopperRoyce, 3, |_| 0.1e9);
@@ -202,6 +205,18 @@ fn resampling_agrees_with_the_covariance() {
         assert!((0.4..2.5).contains(&ratio), "{}: {ratio}", p.symbol);
     }
     assert_eq!(fit(&params, &made, &Ctx::quiet()).unwrap(), result);
+    assert_eq!(EosResult::decode(&result.encode()).unwrap(), result);
+    let views = result.views();
+    assert_eq!(views.len(), 9);
+    for view in &views {
+        if let View::Table(table) = view {
+            assert!(
+                !table.rows.is_empty() && table.rows.iter().all(|r| r.len() == table.columns.len()),
+                "{}",
+                table.title
+            );
+        }
+    }
 }
 
 /// What states can't determine is refused, with the reason.

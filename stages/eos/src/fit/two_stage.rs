@@ -49,7 +49,8 @@ pub(super) fn fit(rows: &[Row], start: &Parameters, method: Method, scan: bool) 
     unreachable!("the last round returns")
 }
 
-/// Where the search starts: C from the bulk modulus, S and gamma0 typical of close-packed metals, a = gamma0 - 1/2, free-electron heat.
+/// Where the search starts: C from the bulk modulus, S and gamma0 typical of close-packed metals, a = gamma0 - 1/2,
+/// free-electron heat.
 pub(super) fn start(data: &Data, cohesive_energy: f64, reference_temperature: f64) -> Parameters {
     let (v0, c) = (data.volume.0, (data.bulk_modulus * data.volume.0).sqrt());
     let mut p = Parameters::metal(v0, c, 1.4, 2.0, 1.5, 7e-4, 2000.0, data.molar_mass, 1.0);
