@@ -37,8 +37,8 @@ struct Inner {
     started: Instant,
     bars: MultiProgress,
     total: ProgressBar,
-    running: BTreeMap<NodeId, (ProgressBar, f64)>,
-    /// Nodes settled, predicted core-seconds settled without and with work, wall seconds of the work.
+    running: BTreeMap<NodeId, Running>,
+    /// Nodes settled, those from the store, predicted core-seconds not begun, predicted and real seconds of the work done.
     settled: usize,
     hits: usize,
     open_cost: f64,
@@ -46,6 +46,22 @@ struct Inner {
     worked_seconds: f64,
     jobs: usize,
     last_line: Instant,
+}
+
+/// A node at work.
+struct Running {
+    bar: ProgressBar,
+    since: Instant,
+    share: f64,
+    cost: f64,
+}
+
+impl Running {
+    /// Wall seconds left: by the share done once there is one, else by the prediction.
+    fn left(&self, scale: f64) -> f64 {
+        let gone = self.since.elapsed().as_secs_f64();
+        if self.share > 0.02 { gone * (1.0 - self.share) / self.share } else { (self.cost * scale - gone).max(0.0) }
+    }
 }
 
 impl Console {
@@ -78,11 +94,12 @@ fn style(template: &str) -> ProgressStyle {
 }
 
 impl Inner {
-    /// Wall seconds left: predicted core-seconds that are open, scaled by how the predictions did so far.
+    /// Wall seconds left: what runs by its own progress, the rest by prediction, scaled by how predictions did so far.
     fn left(&self) -> f64 {
         let scale = if self.worked_cost > 0.0 { self.worked_seconds / self.worked_cost } else { 1.0 };
-        let underway: f64 = self.running.values().map(|(_, done_cost)| done_cost).sum();
-        (self.open_cost - underway).max(0.0) * scale / self.jobs as f64
+        let running: Vec<f64> = self.running.values().map(|r| r.left(scale)).collect();
+        let all = self.open_cost.max(0.0) * scale + running.iter().sum::<f64>();
+        running.into_iter().fold(all / self.jobs as f64, f64::max)
     }
 
     fn note(&mut self, plan: &Plan, event: &Event) {
@@ -93,23 +110,26 @@ impl Inner {
                 let bar = self.bars.add(ProgressBar::new(1000));
                 bar.set_style(style("  {bar:20} {msg}"));
                 bar.set_message(plan.label(id));
-                self.running.insert(id, (bar, 0.0));
+                self.open_cost -= cost;
+                self.running.insert(id, Running { bar, since: Instant::now(), share: 0.0, cost });
             }
             Event::Progress { share, doing, .. } => {
-                if let Some((bar, done)) = self.running.get_mut(&id) {
-                    bar.set_position((share * 1000.0) as u64);
-                    bar.set_message(format!("{}: {doing}", plan.label(id)));
-                    *done = share * cost;
+                if let Some(running) = self.running.get_mut(&id) {
+                    running.bar.set_position((share * 1000.0) as u64);
+                    running.bar.set_message(format!("{}: {doing}", plan.label(id)));
+                    running.share = *share;
                 }
             }
             Event::Hit { .. } | Event::Ran { .. } | Event::Failed { .. } | Event::Skipped { .. } | Event::Cancelled { .. } => {
-                if let Some((bar, _)) = self.running.remove(&id) {
-                    bar.finish_and_clear();
-                    self.bars.remove(&bar);
+                match self.running.remove(&id) {
+                    Some(running) => {
+                        running.bar.finish_and_clear();
+                        self.bars.remove(&running.bar);
+                    }
+                    None => self.open_cost -= cost,
                 }
                 self.settled += 1;
                 self.hits += usize::from(matches!(event, Event::Hit { .. }));
-                self.open_cost -= cost;
                 if let Event::Ran { seconds, .. } = event {
                     self.worked_cost += cost;
                     self.worked_seconds += seconds;

@@ -12,9 +12,14 @@ use std::path::Path;
 /// Where the file can't be written.
 pub fn write(table: &Table, path: &Path) -> hdf5::Result<()> {
     let file = hdf5::FileBuilder::new().with_fcpl(|p| p.obj_track_times(false)).create(path)?;
+    let mut keys: Vec<String> = Vec::new();
     for (i, (name, unit)) in table.columns.iter().enumerate() {
         let cells: Vec<&Cell> = table.rows.iter().map(|row| &row[i]).collect();
-        let key: String = name.chars().map(|c| if c.is_alphanumeric() { c } else { '_' }).collect();
+        let mut key: String = name.chars().map(|c| if c.is_alphanumeric() { c } else { '_' }).collect();
+        while keys.contains(&key) {
+            key.push('_');
+        }
+        keys.push(key.clone());
         if cells.iter().any(|c| matches!(c, Cell::Text(_))) {
             let words: Result<Vec<VarLenUnicode>, _> = cells.iter().map(|c| word(c).parse()).collect();
             let words = words.map_err(|e| hdf5::Error::from(format!("{name}: {e}")))?;
@@ -70,8 +75,11 @@ mod tests {
     fn reads_back_and_repeats() {
         let table = Table {
             title: "states".into(),
-            columns: vec![("pressure".into(), "GPa".into()), ("phase".into(), String::new())],
-            rows: vec![vec![Cell::Uncertain(1.5, 0.1), "solid".into()], vec![Cell::Empty, "liquid".into()]],
+            columns: ["pressure", "phase", "a b", "a.b"].map(|n| (n.into(), "GPa".into())).to_vec(),
+            rows: vec![
+                vec![Cell::Uncertain(1.5, 0.1), "solid".into(), 1.0.into(), 2.0.into()],
+                vec![Cell::Empty, "liquid".into(), 3.0.into(), 4.0.into()],
+            ],
             note: String::new(),
         };
         let folder = tempfile::tempdir().unwrap();
@@ -86,6 +94,7 @@ mod tests {
         assert!(values[1].is_nan());
         assert_eq!(file.dataset("pressure_error").unwrap().read_raw::<f64>().unwrap()[0], 0.1);
         assert_eq!(pressure.attr("units").unwrap().read_scalar::<VarLenUnicode>().unwrap().as_str(), "GPa");
+        assert_eq!(file.dataset("a_b_").unwrap().read_raw::<f64>().unwrap(), [2.0, 4.0]);
         assert_eq!(file.dataset("phase").unwrap().read_raw::<VarLenUnicode>().unwrap()[1].as_str(), "liquid");
     }
 }
