@@ -6,7 +6,7 @@
 mod files;
 mod words;
 pub use files::{csv, png};
-pub use words::{escape, number, uncertain};
+pub use words::{escape, number, uncertain, unit};
 
 use hvi_kit::math;
 use hvi_kit::view::{Axis, Figure, Series, Style};
@@ -17,7 +17,7 @@ use words::{order, ten};
 const COLOURS: [&str; 8] = ["#2b7bba", "#d55e00", "#008f68", "#b8578f", "#a87b00", "#1a94b8", "#7d828a", "#96603a"];
 
 const WIDTH: f64 = 720.0;
-const HEIGHT: f64 = 420.0;
+const HEIGHT: f64 = 430.0;
 /// Plot area: left, top, right, bottom.
 const AREA: [f64; 4] = [74.0, 16.0, 704.0, 360.0];
 /// Rows of the legend, below the plot.
@@ -180,8 +180,9 @@ fn axes(out: &mut String, figure: &Figure, x: &Scale, y: &Scale) {
     let _ = writeln!(out, "<path d=\"{grid}\" stroke-opacity=\"0.13\"/>");
     let _ = writeln!(out, "<path d=\"M{left} {top}V{bottom}H{right}\" stroke-opacity=\"0.6\"/>\n</g>");
     *out += &labels;
-    let name =
-        |axis: &Axis| if axis.unit.is_empty() { axis.label.clone() } else { format!("{} [{}]", axis.label, axis.unit) };
+    let name = |axis: &Axis| {
+        if axis.unit.is_empty() { axis.label.clone() } else { format!("{} [{}]", axis.label, unit(&axis.unit)) }
+    };
     text(out, 0.5 * (left + right), bottom + 38.0, "middle", &name(&figure.x));
     let middle = 0.5 * (top + bottom);
     let _ = writeln!(
@@ -327,7 +328,7 @@ mod tests {
     fn text_is_text_and_escaped() {
         let svg = svg(&figure(false, vec![(1.0, 2.0), (3.0, 5.0)]));
         for part in [
-            ">V [cm3/g]</text>",
+            ">V [cm³/g]</text>",
             ">P [GPa]</text>",
             "measured &lt;here&gt;",
             "<title>P &amp; V</title>",

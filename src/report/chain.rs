@@ -17,7 +17,9 @@ pub struct Node {
     pub needs: Vec<String>,
 }
 
-const BOX: [f64; 2] = [156.0, 58.0];
+const BOX_HEIGHT: f64 = 58.0;
+/// Mean widths of a letter of a box's three lines.
+const LETTERS: [f64; 3] = [8.5, 7.3, 6.7];
 const GAP: [f64; 2] = [44.0, 20.0];
 
 /// A place in a column: a step, or a bend of an arrow that passes the column by.
@@ -40,14 +42,17 @@ pub fn svg(nodes: &[Node]) -> String {
         return String::new();
     }
     let layout = arrange(nodes);
+    let lines = nodes.iter().flat_map(|n| [&n.name, &n.stage, &n.counts].into_iter().zip(LETTERS));
+    let widest = lines.map(|(text, letter)| text.chars().count() as f64 * letter).fold(0.0, f64::max);
+    let wide = (widest + 26.0).clamp(130.0, 230.0).round();
     let tallest = layout.columns.iter().map(|c| height(&layout, c)).fold(0.0, f64::max);
-    let width = layout.columns.len() as f64 * (BOX[0] + GAP[0]) - GAP[0] + 2.0;
+    let width = layout.columns.len() as f64 * (wide + GAP[0]) - GAP[0] + 2.0;
     let mut at = vec![[0.0; 2]; layout.slots.len()];
     for (k, column) in layout.columns.iter().enumerate() {
         let mut y = 1.0 + 0.5 * (tallest - height(&layout, column));
         for &slot in column {
             let tall = slot_height(layout.slots[slot].0);
-            at[slot] = [1.0 + k as f64 * (BOX[0] + GAP[0]), y + 0.5 * tall];
+            at[slot] = [1.0 + k as f64 * (wide + GAP[0]), y + 0.5 * tall];
             y += tall + GAP[1];
         }
     }
@@ -59,19 +64,19 @@ pub fn svg(nodes: &[Node]) -> String {
     );
     for (slot, (what, _, sources)) in layout.slots.iter().enumerate() {
         for &source in sources {
-            arrow(&mut out, layout.slots[source].0, at[source], *what, at[slot]);
+            arrow(&mut out, wide, layout.slots[source].0, at[source], *what, at[slot]);
         }
     }
     for (slot, (what, ..)) in layout.slots.iter().enumerate() {
         if let Slot::Step(k) = *what {
-            draw(&mut out, &nodes[k], k, at[slot]);
+            draw(&mut out, wide, &nodes[k], k, at[slot]);
         }
     }
     out + "</svg>"
 }
 
 fn slot_height(slot: Slot) -> f64 {
-    if slot == Slot::Bend { 0.0 } else { BOX[1] }
+    if slot == Slot::Bend { 0.0 } else { BOX_HEIGHT }
 }
 
 fn height(layout: &Layout, column: &[usize]) -> f64 {
@@ -79,9 +84,9 @@ fn height(layout: &Layout, column: &[usize]) -> f64 {
     boxes + GAP[1] * column.len().saturating_sub(1) as f64
 }
 
-fn arrow(out: &mut String, from: Slot, a: [f64; 2], to: Slot, b: [f64; 2]) {
+fn arrow(out: &mut String, wide: f64, from: Slot, a: [f64; 2], to: Slot, b: [f64; 2]) {
     // A bend is as wide as a box, so that its arrow passes between the boxes of its column in a straight line.
-    let start = a[0] + BOX[0];
+    let start = a[0] + wide;
     let middle = 0.5 * (start + b[0]);
     let lead =
         if from == Slot::Bend { format!("M{} {:.1}H{start}", a[0], a[1]) } else { format!("M{start} {:.1}", a[1]) };
@@ -94,9 +99,10 @@ fn arrow(out: &mut String, from: Slot, a: [f64; 2], to: Slot, b: [f64; 2]) {
     );
 }
 
-fn draw(out: &mut String, node: &Node, k: usize, at: [f64; 2]) {
-    let (x, y) = (at[0], at[1] - 0.5 * BOX[1]);
-    let text = |line: f64, class: &str, what: &str, most: usize| {
+fn draw(out: &mut String, wide: f64, node: &Node, k: usize, at: [f64; 2]) {
+    let (x, y) = (at[0], at[1] - 0.5 * BOX_HEIGHT);
+    let text = |line: f64, class: &str, what: &str, letter: f64| {
+        let most = ((wide - 20.0) / letter) as usize;
         let shown: String = if what.chars().count() > most {
             what.chars().take(most - 1).chain(['…']).collect()
         } else {
@@ -110,13 +116,13 @@ fn draw(out: &mut String, node: &Node, k: usize, at: [f64; 2]) {
          <rect class=\"mark {}\" x=\"{x}\" y=\"{y:.1}\" width=\"5\" height=\"{}\" rx=\"2.5\"/>{}{}{}</a>",
         escape(&node.name),
         escape(&node.stage),
-        BOX[0],
-        BOX[1],
+        wide,
+        BOX_HEIGHT,
         node.class,
-        BOX[1],
-        text(20.0, "name", &node.name, 18),
-        text(35.0, "stage", &node.stage, 22),
-        text(50.0, "counts", &node.counts, 24),
+        BOX_HEIGHT,
+        text(20.0, "name", &node.name, LETTERS[0]),
+        text(35.0, "stage", &node.stage, LETTERS[1]),
+        text(50.0, "counts", &node.counts, LETTERS[2]),
     );
 }
 

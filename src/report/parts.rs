@@ -1,6 +1,6 @@
 //! Parts of the report: tables as rows of text, figures as drawings, pictures as embedded files.
 use super::{Point, State};
-use crate::figure::{self, number, uncertain};
+use crate::figure::{self, number, uncertain, unit};
 use hvi_kit::units;
 use hvi_kit::view::{Cell, Picture, Scalar, Table, View};
 use serde::Serialize;
@@ -65,7 +65,7 @@ impl Text {
     }
     fn of(cell: &Cell) -> Text {
         match cell {
-            Cell::Number(x) => Text { text: number(*x, 5), number: true, class: "" },
+            Cell::Number(x) => Text { text: number(*x, 4), number: true, class: "" },
             Cell::Uncertain(x, e) => Text { text: uncertain(*x, *e), number: true, class: "" },
             Cell::Text(t) => Text::word(t.clone(), ""),
             Cell::Empty => Text::word("", ""),
@@ -124,6 +124,7 @@ pub fn time(seconds: f64) -> String {
         s if s < 0.9995 => format!("{:.0} ms", s * 1e3),
         s if s < 9.95 => format!("{s:.1} s"),
         s if s < 119.5 => format!("{s:.0} s"),
+        s if s < 597.0 => format!("{:.1} min", s / 60.0),
         s if s < 7170.0 => format!("{:.0} min", s / 60.0),
         s => format!("{:.1} h", s / 3600.0),
     }
@@ -133,7 +134,11 @@ fn grid(title: &str, head: Vec<(String, String)>, mut rows: Vec<Vec<Text>>, note
     let total = rows.len();
     rows.truncate(MOST_ROWS);
     let numeric = |k: usize| rows.iter().any(|r| r.get(k).is_some_and(|t| t.number));
-    let head = head.into_iter().enumerate().map(|(k, (name, unit))| Head { name, unit, number: numeric(k) }).collect();
+    let head = head
+        .into_iter()
+        .enumerate()
+        .map(|(k, (name, unit))| Head { name, unit: figure::unit(&unit), number: numeric(k) })
+        .collect();
     Grid {
         title: title.into(),
         head,
@@ -157,7 +162,7 @@ fn table(t: &Table) -> Grid {
 
 /// The numbers of a step without a sweep.
 pub fn scalars(point: &Point) -> Option<Grid> {
-    let row = |s: &Scalar| vec![Text::word(s.name.clone(), ""), Text::of(&s.value), Text::word(s.unit.clone(), "unit")];
+    let row = |s: &Scalar| vec![Text::word(s.name.clone(), ""), Text::of(&s.value), Text::word(unit(&s.unit), "unit")];
     let head = ["quantity", "value", "unit"].map(|h| (h.to_string(), String::new())).to_vec();
     (!point.scalars.is_empty()).then(|| grid("", head, point.scalars.iter().map(row).collect(), ""))
 }
@@ -348,8 +353,15 @@ mod tests {
 
     #[test]
     fn times_are_for_people() {
-        let cases =
-            [(0.0, "0 s"), (0.0123, "12 ms"), (4.26, "4.3 s"), (71.0, "71 s"), (600.0, "10 min"), (9000.0, "2.5 h")];
+        let cases = [
+            (0.0, "0 s"),
+            (0.0123, "12 ms"),
+            (4.26, "4.3 s"),
+            (71.0, "71 s"),
+            (212.0, "3.5 min"),
+            (600.0, "10 min"),
+            (9000.0, "2.5 h"),
+        ];
         for (seconds, text) in cases {
             assert_eq!(time(seconds), text);
         }
