@@ -197,13 +197,11 @@ impl Local {
                 low = t
             }
             let newton = t - off / heat;
-            let inside = newton >= low && newton <= high;
-            let next = if inside { newton } else { 0.5 * (low + high) };
-            // Newton squares the relative error, so after a step this small nothing but rounding is left.
-            if (next - t).abs() <= 1e-10 * t {
-                return next;
+            // Newton squares the error relative to the band's width (1e-2 T or more): 1e-14 T is left after such a step.
+            if (newton - t).abs() <= 1e-8 * t {
+                return newton;
             }
-            t = next;
+            t = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
         }
         t
     }
