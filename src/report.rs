@@ -156,7 +156,9 @@ fn template_value(value: serde_json::Value) -> minijinja::Value {
     }
 }
 
-fn count(points: &[Point], state: fn(&State) -> bool) -> usize {
+type Kind = fn(&State) -> bool;
+
+fn count(points: &[Point], state: Kind) -> usize {
     points.iter().filter(|p| state(&p.state)).count()
 }
 
@@ -170,7 +172,7 @@ fn is_missing(s: &State) -> bool {
 
 /// Words, numbers and classes of the page's head.
 fn totals(study: &Study) -> Vec<(String, &'static str, &'static str)> {
-    let sum = |state: fn(&State) -> bool| study.steps.iter().map(|s| count(&s.points, state)).sum::<usize>();
+    let sum = |state: Kind| study.steps.iter().map(|s| count(&s.points, state)).sum::<usize>();
     let mut all = vec![
         (study.steps.len().to_string(), if study.steps.len() == 1 { "step" } else { "steps" }, ""),
         (sum(|_| true).to_string(), if sum(|_| true) == 1 { "node" } else { "nodes" }, ""),
@@ -205,7 +207,7 @@ fn class(step: &Step) -> &'static str {
 /// In words: how many points, and what came of them.
 fn counts(step: &Step) -> String {
     let n = step.points.len();
-    let kinds: [(fn(&State) -> bool, &str); 4] = [
+    let kinds: [(Kind, &str); 4] = [
         (|s| *s == State::Hit, "from store"),
         (|s| *s == State::Ran, "computed"),
         (is_failed, "failed"),
@@ -276,7 +278,7 @@ fn section<'a>(anchor: usize, step: &'a Step, budget: &mut Budget) -> Section<'a
         time: if seconds > 0.0 { parts::time(seconds) } else { String::new() },
         params: parts::shared_params(&step.points),
         key: single.map_or("", |p| p.key.as_str()),
-        scalars: single.and_then(|p| parts::scalars(p)),
+        scalars: single.and_then(parts::scalars),
         sweep: if single.is_none() { parts::sweep(&step.points) } else { None },
         troubles,
         troubles_left_out,

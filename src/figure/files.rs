@@ -3,7 +3,7 @@ use hvi_kit::view::{Cell, Picture, Table};
 
 /// A picture as a PNG file: grey or palette where the colours allow, else red, green, blue.
 ///
-/// A picture whose pixels don't fit its size becomes one transparent pixel's worth of nothing: an empty file.
+/// A picture whose pixels don't fit its size gives no bytes.
 pub fn png(picture: &Picture) -> Vec<u8> {
     let pixels = picture.width as usize * picture.height as usize;
     if pixels == 0 || picture.rgb.len() != 3 * pixels {

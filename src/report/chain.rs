@@ -58,9 +58,10 @@ pub fn svg(nodes: &[Node]) -> String {
     }
     let mut out = format!(
         "<svg class=\"chain\" xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {h}\" width=\"{width}\" height=\"{h}\" \
-         role=\"img\" aria-label=\"The chain of steps\">\n<defs><marker id=\"tip\" viewBox=\"0 0 8 8\" refX=\"7\" refY=\"4\" \
+         style=\"min-width:{least:.0}px\" role=\"img\" aria-label=\"The chain of steps\">\n<defs><marker id=\"tip\" viewBox=\"0 0 8 8\" refX=\"7\" refY=\"4\" \
          markerWidth=\"7\" markerHeight=\"7\" orient=\"auto\"><path d=\"M0 .8 7 4 0 7.2z\" class=\"tip\"/></marker></defs>\n",
-        h = tallest + 2.0
+        h = tallest + 2.0,
+        least = 0.72 * width,
     );
     for (slot, (what, _, sources)) in layout.slots.iter().enumerate() {
         for &source in sources {

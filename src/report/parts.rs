@@ -120,7 +120,7 @@ pub struct Image {
 /// A length of time for people.
 pub fn time(seconds: f64) -> String {
     match seconds {
-        s if !(s >= 0.0005) => "0 s".into(),
+        s if s.is_nan() || s < 0.0005 => "0 s".into(),
         s if s < 0.9995 => format!("{:.0} ms", s * 1e3),
         s if s < 9.95 => format!("{s:.1} s"),
         s if s < 119.5 => format!("{s:.0} s"),

@@ -100,7 +100,7 @@ pub fn fit(samples: &[Sample]) -> Result<Fit, Unfit> {
 /// [`Unfit::NotConverged`].
 pub fn refine(samples: &[Sample], start: Law) -> Result<Fit, Unfit> {
     let problem = Problem { samples, p: Vector3::from(start.values()) };
-    let (found, report) = LevenbergMarquardt::new().with_patience(200).minimize(problem);
+    let (found, report) = LevenbergMarquardt::new().with_tol(1e-13).with_patience(200).minimize(problem);
     let law = Law::from(&found.p);
     if !report.termination.was_successful() || law.values().iter().any(|x| !x.is_finite()) {
         return Err(Unfit::NotConverged(format!("{:?}", report.termination)));

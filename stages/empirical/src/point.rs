@@ -97,7 +97,7 @@ impl Point {
             body("projectile").ok_or_else(|| refuse("has no body named projectile with its melted masses"))?;
         let eta = measure.of(projectile);
         let sizes = [run.velocity, run.diameter, run.thickness];
-        if !sizes.iter().all(|&x| x > 0.0 && x.is_finite()) || !(-1e-9..1.0 + 1e-6).contains(&eta) {
+        if !sizes.iter().all(|&x| x > 0.0 && x.is_finite()) || !(-1e-6..1.0 + 1e-4).contains(&eta) {
             return Err(refuse(&format!(
                 "has the melted fraction {eta}: speed, sizes must be above 0, the fraction in 0..1"
             )));
