@@ -1,4 +1,5 @@
-//! CPU time a particle-step by dimension and size, least of three runs: `cargo bench -p hvi-impact`. Linux only.
+//! CPU time a particle-step by dimension and size, least of three runs: `cargo bench -p hvi-impact`; `-- sweep`: the
+//! whole eta sweep of pipelines/copper.toml instead, one run each. Linux only.
 use hvi_impact::{ImpactInputs, ImpactStage, Params};
 use hvi_kit::{Ctx, Places, Stage};
 
@@ -10,6 +11,9 @@ fn cpu() -> f64 {
 }
 
 fn main() {
+    if std::env::args().any(|a| a == "sweep") {
+        return sweep();
+    }
     let cases = [
         (
             "line, Al-Al 6.7 km/s",
@@ -51,4 +55,40 @@ fn main() {
             ImpactStage::cost(&params)
         );
     }
+}
+
+/// Copper spheres on copper plates at every speed and diameter of the eta study, 6 cells.
+fn sweep() {
+    let (start, mut predicted, mut runs) = (cpu(), 0.0, 0);
+    let plates =
+        [("2.5 mm", &[1.0, 2.5, 4.2, 4.6, 5.0, 5.4, 5.9, 6.7, 7.5, 8.0][..]), ("5.0 mm", &[2.5, 4.2, 5.9, 7.5][..])];
+    for (thickness, speeds) in plates {
+        for speed in speeds {
+            for diameter in ["1.6 mm", "3.2 mm", "6.4 mm", "12.6 mm"] {
+                let params = serde_json::json!({
+                    "projectile": { "shape": "sphere", "diameter": diameter, "material": "copper" },
+                    "plate": { "thickness": thickness, "material": "copper" },
+                    "velocity": format!("{speed} km/s"),
+                });
+                let params: Params = serde_json::from_value(params).expect("parameters");
+                let before = cpu();
+                let made = ImpactStage::run(&params, ImpactInputs { eos: Places(Default::default()) }, &Ctx::quiet());
+                let impact = made.expect("runs");
+                let melt = &impact.snapshots[0].melt[0];
+                println!(
+                    "t {thickness} D {diameter} v {speed} km/s: liquid {:.3}, own volume {:.3}, {} steps, {} particles, \
+                     {:.2} s (predicted {:.2} s)",
+                    melt.liquid,
+                    melt.by_phase_own_volume[2..].iter().sum::<f64>(),
+                    impact.ledger.last().expect("an end").step,
+                    impact.snapshots[0].particles.mass.len(),
+                    cpu() - before,
+                    ImpactStage::cost(&params)
+                );
+                predicted += ImpactStage::cost(&params);
+                runs += 1;
+            }
+        }
+    }
+    println!("{runs} runs: {:.1} core-seconds (predicted {predicted:.1})", cpu() - start);
 }

@@ -74,7 +74,7 @@ impl<const D: usize> Grid<D> {
             let mut key = [0; D];
             for d in 0..D {
                 let c = kernel::cell_of(p.position[d], cell);
-                if !(c.abs() < REACH) {
+                if c.is_nan() || c.abs() >= REACH {
                     return Err(Lost(i));
                 }
                 key[d] = c as i32;
@@ -221,7 +221,7 @@ impl<const D: usize> Table<D> {
 
     fn grow(&mut self) {
         let empty = Entry { key: [0; D], slot: 0, round: 0 };
-        let old = std::mem::replace(&mut self.entries, Vec::new());
+        let old = std::mem::take(&mut self.entries);
         self.entries = vec![empty; 2 * old.len()];
         for e in old.into_iter().filter(|e| e.round == self.round) {
             let at = self.place(e.key);

@@ -37,6 +37,8 @@ pub struct Particle<const D: usize> {
     pub temperature: f64,
     /// Johnson-Cook's `1 - T*^m`, 0 where melted or failed.
     pub softening: f64,
+    /// Johnson-Cook's `A + B ep^n` [Pa].
+    pub hardened: f64,
     /// Yield stress at the reference rate [Pa].
     pub yield_stress: f64,
     /// Velocity divergence in the last step [1/s].
@@ -70,6 +72,7 @@ impl<const D: usize> Particle<D> {
             sound_speed: 0.0,
             temperature: 0.0,
             softening: 0.0,
+            hardened: 0.0,
             yield_stress: 0.0,
             divergence: 0.0,
             id,

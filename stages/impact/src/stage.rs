@@ -36,9 +36,9 @@ impl Stage for ImpactStage {
         let signal = sound + 0.5 * params.velocity.si();
         let steps = layout.end * signal / (params.cfl * layout.cell);
         let per_step = match params.space {
-            SpaceChoice::Line => 0.25e-6,
-            SpaceChoice::Axisymmetric => 0.5e-6,
-            _ => 1.6e-6,
+            SpaceChoice::Line => 0.3e-6,
+            SpaceChoice::Axisymmetric => 0.9e-6,
+            _ => 2.0e-6,
         };
         steps * scene::count(params, &layout) * per_step
     }

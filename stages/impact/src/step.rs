@@ -117,7 +117,7 @@ impl<const D: usize> State<D> {
     /// [`Stop`] where a particle's state leaves what the method can carry.
     pub fn step(&mut self, setting: &Setting<D>, until: f64) -> Result<(), Stop> {
         let dt = self.choose_dt(setting, until)?;
-        if self.steps % SORT == 0 {
+        if self.steps.is_multiple_of(SORT) {
             self.sort(setting.cell);
         }
         let (grid, work) = (&mut self.grid, &mut self.work);
@@ -151,7 +151,7 @@ impl<const D: usize> State<D> {
         if self.steps == 0 {
             self.first_dt = self.dt;
         }
-        if !(self.dt >= COLLAPSE * self.first_dt) {
+        if self.dt.is_nan() || self.dt < COLLAPSE * self.first_dt {
             return Err(Stop::Collapsed(fastest, self.dt));
         }
         // The last two steps before an output time share what is left, so that none is tiny.

@@ -2,7 +2,9 @@
 mod common;
 use common::{drift, mean, planar, run};
 use hvi_eos::handbook::Set;
-use hvi_eos::{Eos, Gray};
+use hvi_eos::{Eos, EosResult, Gray};
+use hvi_impact::{ImpactInputs, ImpactStage, Params};
+use hvi_kit::{Ctx, Places, Stage};
 use serde_json::{Value, json};
 
 fn copper() -> (Value, Eos) {
@@ -30,17 +32,17 @@ fn residual_energy_after_release() {
         let p = &impact.snapshots[0].particles;
         let n = p.mass.len();
         let (energy, scatter) = mean(p, |i| p.energy[i] as f64, |i| i >= n / 2 + 50 && i < n - 30);
-        let contact: Vec<f64> = (0..6).map(|k| (p.energy[n / 2 + k] as f64 - energy) / 1e3).collect();
-        println!(
-            "{v} m/s: residual {:.1} kJ/kg, exact {:.1} ({:+.2} %), scatter {:.2} %; contact excess by half cell {contact:.0?} \
-             kJ/kg; drift {:.1e}",
-            energy / 1e3,
-            released.energy / 1e3,
-            100.0 * (energy / released.energy - 1.0),
-            100.0 * scatter,
-            drift(&impact)
-        );
-        assert!((energy / released.energy - 1.0).abs() <= 0.02, "residual {energy}");
+        assert!(scatter <= 0.02, "{v} m/s: scatter {scatter}");
+        if v == 5900.0 {
+            // Wall heating of the three cells at the contact, as an independent run of the same method found it [kJ/kg]:
+            // known and unremedied, so that a change of it is noticed. Its layout differs by a fraction of a cell: 10 %.
+            for (cell, expected) in [3123e3, 627e3, 290e3].iter().enumerate() {
+                let first = n / 2 + 2 * cell;
+                let excess = 0.5 * (p.energy[first] + p.energy[first + 1]) as f64 - energy;
+                assert!((excess / expected - 1.0).abs() <= 0.1, "cell {cell}: excess {excess} J/kg");
+            }
+        }
+        assert!((energy / released.energy - 1.0).abs() <= 0.02, "{v} m/s: residual {energy} J/kg");
         assert!(drift(&impact) <= 1e-12);
     }
 }
@@ -64,6 +66,20 @@ fn release_melts_where_it_should() {
     assert_eq!(liquid(6200.0), 1.0);
 }
 
+/// An equation of state plugged into a body's port takes the place of its material's own.
+#[test]
+fn plugged_equation_of_state() {
+    let (material, eos) = copper();
+    let shipped = serde_json::to_value(hvi_impact::material::Material::named("copper").unwrap()).unwrap();
+    let own: Params = serde_json::from_value(planar(material.clone(), material, 3000.0, 50, &[], 1e-6)).unwrap();
+    let other: Params = serde_json::from_value(planar(shipped.clone(), shipped, 3000.0, 50, &[], 1e-6)).unwrap();
+    let result = |key: &str| (key.to_string(), EosResult { eos: eos.clone(), source: "test".into(), fit: None });
+    let inputs = ImpactInputs { eos: Places([result("projectile.eos"), result("plate.eos")].into()) };
+    let plugged = ImpactStage::run(&other, inputs, &Ctx::quiet()).unwrap();
+    let expected = ImpactStage::run(&own, ImpactInputs { eos: Places(Default::default()) }, &Ctx::quiet()).unwrap();
+    assert_eq!(plugged.snapshots, expected.snapshots);
+}
+
 /// A copper sphere on a copper plate with the shipped material: shares add up, and more melts at higher speed.
 #[test]
 fn phases_of_a_sphere_on_a_plate() {
@@ -82,10 +98,6 @@ fn phases_of_a_sphere_on_a_plate() {
         assert!((melt[0].by_phase_own_volume.iter().sum::<f64>() - 1.0).abs() < 1e-12);
         let plate: f64 = melt[1].by_phase.iter().sum();
         assert!((plate / (impact.bodies[1].mass / impact.bodies[0].mass) - 1.0).abs() < 1e-12);
-        println!(
-            "{} m/s: {:.3?} own {:.3?} liquid {:.3}",
-            impact.velocity, melt[0].by_phase, melt[0].by_phase_own_volume, melt[0].liquid
-        );
         assert!(melt[0].liquid > last);
         last = melt[0].liquid;
         assert!(drift(impact) <= 1e-12);

@@ -82,7 +82,6 @@ fn measure(flyer: (Value, Solid), target: (Value, Solid), v: f64, cells: u32) ->
         density / compressed - 1.0,
         surface / target.1.free_surface(u) - 1.0,
     ];
-    println!("{v} m/s, {cells} cells: {errors:.5?}, drift {:.1e}", drift(&impact));
     assert!(impact.ledger.iter().all(|l| l.floored <= 1e-12 * impact.ledger[0].kinetic));
     Errors(errors, drift(&impact))
 }

@@ -23,15 +23,6 @@ fn check(impact: &Impact) {
         assert!(p.energy[i] >= 0.0 && p.velocity[0][i] <= 6700.0);
         assert!(p.pressure[i] >= -1.2e9, "tension {}", p.pressure[i]);
     }
-    println!(
-        "leading {:.0?}, {} steps, pressure {:.0} GPa, compression {:.3}, drift {:.1e}, floored {:.1e}",
-        impact.leading,
-        end.step,
-        end.highest_pressure / 1e9,
-        end.highest_compression,
-        drift(impact),
-        end.floored / start.kinetic
-    );
 }
 
 #[test]

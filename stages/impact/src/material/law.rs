@@ -77,6 +77,7 @@ impl Law {
     pub fn prepare<const D: usize>(&self, p: &mut Particle<D>) {
         let volume = self.eos.reference_volume();
         p.energy = self.eos.energy_at(volume, self.eos.reference_temperature()).max(0.0);
+        p.hardened = self.johnson_cook.hardened(p.plastic_strain);
         self.evaluate(p);
     }
 
@@ -154,7 +155,7 @@ impl Law {
             p.energy = 0.0;
         }
         let stretch = tensor::determinant(l, dt);
-        booked.limited = !(stretch >= 0.5);
+        booked.limited = stretch < 0.5;
         p.ratio *= if stretch < 0.5 { 0.5 } else { stretch };
         self.strain(p, l, dt);
         self.evaluate(p);
@@ -174,10 +175,11 @@ impl Law {
             return;
         }
         let jc = &self.johnson_cook;
-        let increment = jc.plastic_increment(trial, p.plastic_strain, dt, p.softening, shear);
+        let increment = jc.plastic_increment(trial, p.plastic_strain, p.yield_stress, dt, p.softening, shear);
         let left = 1.0 - 3.0 * shear * increment / trial;
         p.stress.iter_mut().for_each(|x| *x *= left.max(0.0));
         p.plastic_strain += increment;
+        p.hardened = jc.hardened(p.plastic_strain);
         if let Some(damage) = &self.damage {
             let equivalent = (left * trial).max(1e-6 * trial);
             let homologous = jc.homologous(p.temperature, self.melting_temperature(p));
@@ -231,7 +233,7 @@ impl Law {
         }
         p.stiffness = if p.is_open() { 0.0 } else { bulk * bulk / volume };
         p.softening = if p.failed || self.shear.is_none() { 0.0 } else { self.johnson_cook.softening(homologous) };
-        p.yield_stress = self.johnson_cook.flow_stress(p.plastic_strain, 0.0, p.softening);
+        p.yield_stress = p.hardened * p.softening;
         // Only what can carry shear: a vapour's V would make any shear term swallow the time step.
         let shear = self.shear.filter(|_| p.softening > 0.0).unwrap_or(0.0);
         p.sound_speed = (bulk * bulk + 4.0 / 3.0 * shear * volume.min(self.widest)).sqrt();

@@ -68,10 +68,11 @@ impl Material {
     pub fn fault(&self) -> Option<(&'static str, String)> {
         let s = &self.strength;
         let positive = |key, value: f64, unit: &str| {
-            (!(value > 0.0)).then(|| (key, format!("is {value} {unit}, must be above 0 {unit}")))
+            (value.is_nan() || value <= 0.0).then(|| (key, format!("is {value} {unit}, must be above 0 {unit}")))
         };
-        let not_negative =
-            |key, value: f64| (!(value >= 0.0)).then(|| (key, format!("is {value}, must not be negative")));
+        let not_negative = |key, value: f64| {
+            (value.is_nan() || value < 0.0).then(|| (key, format!("is {value}, must not be negative")))
+        };
         positive("young", self.young.si(), "Pa")
             .or_else(|| {
                 let inside = self.poisson > -1.0 && self.poisson < 0.5;
@@ -85,7 +86,7 @@ impl Material {
             .or_else(|| positive("strength.rate", s.rate.si(), "1/s"))
             .or_else(|| {
                 let (room, melting) = (s.reference_temperature.si(), s.melting_temperature.si());
-                (!(melting > room)).then(|| {
+                (melting <= room).then(|| {
                     ("strength.melting_temperature", format!("is {melting} K, must be above the reference {room} K"))
                 })
             })
