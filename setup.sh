@@ -8,7 +8,7 @@ useful="lammps lammps-data" # a second MD engine to compare with: nothing needs 
 [ "${1:-run}" = test ] && needed="$needed python3-venv"
 
 if ! command -v cargo >/dev/null; then
-    echo "setup: Rust is missing: install Rust 1.88 or newer from https://rustup.rs" >&2
+    echo "setup: Rust is missing: install Rust 1.89 or newer from https://rustup.rs" >&2
     exit 1
 fi
 missing() {

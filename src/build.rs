@@ -19,13 +19,16 @@ fn main() -> Result<(), Failure> {
     println!("cargo:rerun-if-changed={}", root.join("Cargo.lock").display());
     println!("cargo:rerun-if-changed={}", root.join("src").display());
     let locked = locked_packages(&root.join("Cargo.lock"))?;
-    let mut table = String::from("/// (crate, digest of its code) in the order of their names.\npub const CODE: &[(&str, &str)] = &[\n");
+    let mut table = String::from(
+        "/// (crate, digest of its code) in the order of their names.\npub const CODE: &[(&str, &str)] = &[\n",
+    );
     let mut folders: Vec<_> = fs::read_dir(root.join("stages"))?.collect::<Result<_, _>>()?;
     folders.sort_by_key(fs::DirEntry::path);
     for folder in folders {
         if folder.path().join("Cargo.toml").exists() {
             let name = format!("hvi-{}", folder.file_name().to_string_lossy());
-            table += &format!("    ({:?}, {:?}),\n", name.replace('-', "_"), digest(&root, &name, &locked)?.to_string());
+            table +=
+                &format!("    ({:?}, {:?}),\n", name.replace('-', "_"), digest(&root, &name, &locked)?.to_string());
         }
     }
     table += "];\n";
@@ -33,7 +36,10 @@ fn main() -> Result<(), Failure> {
     for file in files(&root.join("src"))? {
         program.update(&fs::read(file)?);
     }
-    table += &format!("/// Digest of the orchestrator's own sources: what it writes for people may change with it.\npub const PROGRAM: &str = {:?};\n", program.finalize().to_string());
+    table += &format!(
+        "/// Digest of the orchestrator's own sources: what it writes for people may change with it.\npub const PROGRAM: &str = {:?};\n",
+        program.finalize().to_string()
+    );
     fs::write(PathBuf::from(env::var("OUT_DIR")?).join("code.rs"), table)?;
     Ok(())
 }
@@ -93,7 +99,10 @@ fn locked_packages(path: &Path) -> Result<BTreeMap<String, Package>, Failure> {
     let named = packages.iter().map(|p| {
         let needs = p.get("dependencies").and_then(|d| d.as_array()).into_iter().flatten();
         let needs = needs.filter_map(|d| d.as_str()).map(|d| d.split(' ').next().unwrap_or(d).to_string()).collect();
-        (text(p, "name"), Package { name: text(p, "name"), version: text(p, "version"), checksum: text(p, "checksum"), needs })
+        (
+            text(p, "name"),
+            Package { name: text(p, "name"), version: text(p, "version"), checksum: text(p, "checksum"), needs },
+        )
     });
     Ok(named.collect())
 }
@@ -151,7 +160,9 @@ fn is_test(item: &syn::Item) -> bool {
         syn::Item::Const(i) => &i.attrs,
         _ => return false,
     };
-    attributes.iter().any(|a| a.path().is_ident("cfg") && a.meta.to_token_stream().to_string().replace(' ', "") == "cfg(test)")
+    attributes
+        .iter()
+        .any(|a| a.path().is_ident("cfg") && a.meta.to_token_stream().to_string().replace(' ', "") == "cfg(test)")
 }
 
 /// Drops `#[doc = ...]` everywhere, macro bodies included: documentation comments are such attributes.
@@ -163,7 +174,8 @@ fn undocumented(stream: TokenStream) -> TokenStream {
             continue;
         };
         let first = group.stream().into_iter().next();
-        let doc = matches!(first, Some(TokenTree::Ident(ref i)) if i == "doc") && group.delimiter() == proc_macro2::Delimiter::Bracket;
+        let doc = matches!(first, Some(TokenTree::Ident(ref i)) if i == "doc")
+            && group.delimiter() == proc_macro2::Delimiter::Bracket;
         if doc {
             while matches!(kept.last(), Some(TokenTree::Punct(p)) if matches!(p.as_char(), '#' | '!')) {
                 kept.pop();

@@ -87,7 +87,13 @@ impl From<hvi_kit::StoreError> for Stop {
 pub fn main() -> ExitCode {
     let done = match Cli::parse().command {
         Command::Run { study, jobs, json, quiet } => {
-            let mode = if json { Mode::Json } else if quiet { Mode::Quiet } else { Mode::detect() };
+            let mode = if json {
+                Mode::Json
+            } else if quiet {
+                Mode::Quiet
+            } else {
+                Mode::detect()
+            };
             run(&study, jobs, mode)
         }
         Command::Plan { study } => show_plan(&study),
@@ -121,10 +127,12 @@ impl StudyArgs {
 
     /// `--store`, then `HVI_STORE`, then `cache/store` of the project the pipeline lies in, else the user's cache folder.
     fn store(&self) -> Result<Store, Stop> {
-        let given = self.store.clone().or_else(|| std::env::var_os("HVI_STORE").filter(|v| !v.is_empty()).map(PathBuf::from));
+        let given =
+            self.store.clone().or_else(|| std::env::var_os("HVI_STORE").filter(|v| !v.is_empty()).map(PathBuf::from));
         let project = || {
             let pipeline = self.pipeline.canonicalize().ok()?;
-            let is_project = |folder: &&Path| folder.join("cache/src/store.rs").exists() && folder.join("pipelines").exists();
+            let is_project =
+                |folder: &&Path| folder.join("cache/src/store.rs").exists() && folder.join("pipelines").exists();
             pipeline.ancestors().find(is_project).map(|folder| folder.join("cache/store"))
         };
         let user = || {
@@ -133,7 +141,8 @@ impl StudyArgs {
             cache.or_else(home).map(|c| c.join("hvi-flow/store"))
         };
         let folder = given.or_else(project).or_else(user);
-        let folder = folder.ok_or_else(|| Stop::Machine("there is no folder for the store: give one with --store".into()))?;
+        let folder =
+            folder.ok_or_else(|| Stop::Machine("there is no folder for the store: give one with --store".into()))?;
         Ok(Store::open(folder)?)
     }
 }
@@ -231,7 +240,8 @@ fn show_plan(args: &StudyArgs) -> Result<ExitCode, Stop> {
     let last = outputs::last_keys(&args.folder(&pipeline));
     let forecasts = forecast(&plan, &store, &last);
     let count = |f: fn(&Forecast) -> bool| forecasts.iter().filter(|x| f(x)).count();
-    let cost: f64 = forecasts.iter().zip(&plan.nodes).filter(|(f, _)| !matches!(f, Forecast::Known)).map(|(_, n)| n.cost).sum();
+    let cost: f64 =
+        forecasts.iter().zip(&plan.nodes).filter(|(f, _)| !matches!(f, Forecast::Known)).map(|(_, n)| n.cost).sum();
     println!(
         "{}: {} results: {} known, {} to run, {} unknown until then; about {} of one core",
         pipeline.name,
@@ -287,7 +297,9 @@ fn reason(recipe: &hvi_kit::Recipe, store: &Store, last: Option<&hvi_kit::Digest
     if *key == recipe.key() {
         return "its result is no longer in the store".into();
     }
-    let Some(old) = store.recipe(*key) else { return "it changed, and the old recipe is no longer in the store".into() };
+    let Some(old) = store.recipe(*key) else {
+        return "it changed, and the old recipe is no longer in the store".into();
+    };
     let short = |text: Option<String>| {
         let text = text.unwrap_or_else(|| "nothing".into());
         if text.len() == 64 && text.chars().all(|c| c.is_ascii_hexdigit()) { text[..12].to_string() } else { text }

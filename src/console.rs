@@ -75,8 +75,17 @@ impl Console {
         total.set_style(style("{bar:32} {pos}/{len} results  {elapsed}  {msg}"));
         let now = Instant::now();
         let inner = Inner {
-            started: now, bars, total, running: BTreeMap::new(), settled: 0, hits: 0,
-            open_cost: plan.nodes.iter().map(|n| n.cost).sum(), worked_cost: 0.0, worked_seconds: 0.0, jobs, last_line: now,
+            started: now,
+            bars,
+            total,
+            running: BTreeMap::new(),
+            settled: 0,
+            hits: 0,
+            open_cost: plan.nodes.iter().map(|n| n.cost).sum(),
+            worked_cost: 0.0,
+            worked_seconds: 0.0,
+            jobs,
+            last_line: now,
         };
         Console { mode, inner: Mutex::new(inner) }
     }
@@ -120,7 +129,11 @@ impl Inner {
                     running.share = *share;
                 }
             }
-            Event::Hit { .. } | Event::Ran { .. } | Event::Failed { .. } | Event::Skipped { .. } | Event::Cancelled { .. } => {
+            Event::Hit { .. }
+            | Event::Ran { .. }
+            | Event::Failed { .. }
+            | Event::Skipped { .. }
+            | Event::Cancelled { .. } => {
                 match self.running.remove(&id) {
                     Some(running) => {
                         running.bar.finish_and_clear();
@@ -153,7 +166,11 @@ impl Inner {
         };
         self.last_line = Instant::now();
         let (settled, all) = (self.settled, plan.nodes.len());
-        Some(format!("[{settled}/{all}, {}, {} left] {text}", duration(self.started.elapsed().as_secs_f64()), duration(self.left())))
+        Some(format!(
+            "[{settled}/{all}, {}, {} left] {text}",
+            duration(self.started.elapsed().as_secs_f64()),
+            duration(self.left())
+        ))
     }
 }
 

@@ -182,8 +182,17 @@ impl<'a> Coordinator<'a> {
         }
         let ready = (0..n).filter(|&id| open[id] == 0).map(|id| Ready(way[id], id)).collect();
         Coordinator {
-            plan, store, options, outcomes: vec![None; n], keys: vec![None; n], open, needed_by, way, ready,
-            running: BTreeMap::new(), same: HashMap::new(),
+            plan,
+            store,
+            options,
+            outcomes: vec![None; n],
+            keys: vec![None; n],
+            open,
+            needed_by,
+            way,
+            ready,
+            running: BTreeMap::new(),
+            same: HashMap::new(),
         }
     }
 

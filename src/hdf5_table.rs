@@ -23,7 +23,8 @@ pub fn write(table: &Table, path: &Path) -> hdf5::Result<()> {
         if cells.iter().any(|c| matches!(c, Cell::Text(_))) {
             let words: Result<Vec<VarLenUnicode>, _> = cells.iter().map(|c| word(c).parse()).collect();
             let words = words.map_err(|e| hdf5::Error::from(format!("{name}: {e}")))?;
-            let dataset = file.new_dataset::<VarLenUnicode>().obj_track_times(false).shape(words.len()).create(key.as_str())?;
+            let dataset =
+                file.new_dataset::<VarLenUnicode>().obj_track_times(false).shape(words.len()).create(key.as_str())?;
             dataset.write_raw(&words)?;
             describe(&dataset, name, unit)?;
             continue;

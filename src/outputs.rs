@@ -48,7 +48,8 @@ pub fn write(pipeline: &Pipeline, plan: &Plan, run: &Report, store: &Store, fold
     let page = folder.join("report.html");
     let old = manifest(folder);
     let study = digest(plan, run);
-    let whole = |(name, digest): (&String, &Digest)| fs::read(folder.join(name)).is_ok_and(|b| Digest::of(&b) == *digest);
+    let whole =
+        |(name, digest): (&String, &Digest)| fs::read(folder.join(name)).is_ok_and(|b| Digest::of(&b) == *digest);
     if old.study == study && !old.files.is_empty() && old.files.iter().all(whole) {
         return Ok(page);
     }
@@ -159,11 +160,16 @@ impl Writer<'_> {
             return Ok(());
         }
         for point in points {
-            let place = if point.label.is_empty() { step.to_string() } else { format!("{step}/{}", slug(&point.label)) };
+            let place =
+                if point.label.is_empty() { step.to_string() } else { format!("{step}/{}", slug(&point.label)) };
             for view in &point.views {
                 match view {
-                    View::Table(t) => self.file(&format!("{place}/{}.csv", slug(&t.title)), figure::csv(t).as_bytes())?,
-                    View::Figure(f) => self.file(&format!("{place}/{}.svg", slug(&f.title)), figure::svg(f).as_bytes())?,
+                    View::Table(t) => {
+                        self.file(&format!("{place}/{}.csv", slug(&t.title)), figure::csv(t).as_bytes())?
+                    }
+                    View::Figure(f) => {
+                        self.file(&format!("{place}/{}.svg", slug(&f.title)), figure::svg(f).as_bytes())?
+                    }
                     View::Picture(p) => self.file(&format!("{place}/{}.png", slug(&p.title)), &figure::png(p))?,
                 }
             }
@@ -179,8 +185,11 @@ fn compare(step: &str, points: &[Point]) -> Option<Table> {
     let mut columns: Vec<(String, String)> = keys.iter().map(|k| (k.to_string(), String::new())).collect();
     columns.extend(named.scalars.iter().map(|s| (s.name.clone(), s.unit.clone())));
     let row = |p: &Point| {
-        let swept = keys.iter().map(|k| p.swept.iter().find(|(name, _)| name == *k).map_or(Cell::Empty, |(_, v)| v.clone().into()));
-        let value = |s: &Scalar| p.scalars.iter().find(|own| own.name == s.name).map_or(Cell::Empty, |own| own.value.clone());
+        let swept = keys
+            .iter()
+            .map(|k| p.swept.iter().find(|(name, _)| name == *k).map_or(Cell::Empty, |(_, v)| v.clone().into()));
+        let value =
+            |s: &Scalar| p.scalars.iter().find(|own| own.name == s.name).map_or(Cell::Empty, |own| own.value.clone());
         swept.chain(named.scalars.iter().map(value)).collect()
     };
     Some(Table { title: step.into(), columns, rows: points.iter().map(row).collect(), note: String::new() })

@@ -116,7 +116,9 @@ impl Raw {
 
     fn include(&mut self, value: &Value, folder: &Path, depth: usize) -> Result<(), Mistake> {
         let Node::List(items) = &value.node else {
-            return Err(Mistake::new("expected a list of files: include = [\"common.toml\"]").at(&value.at, value.kind()));
+            return Err(
+                Mistake::new("expected a list of files: include = [\"common.toml\"]").at(&value.at, value.kind())
+            );
         };
         if depth == DEEPEST {
             return Err(Mistake::new("files include each other without end").at(&value.at, "here"));
@@ -170,7 +172,9 @@ impl Raw {
         let key = Key { text: key.into(), at: value.at.clone() };
         let swept = raw.table.get("sweep").and_then(|v| v.table("").ok().cloned()).unwrap_or_default();
         if swept.get(&key.text).is_some() {
-            return Err(wrong(format!("`{}` is swept", key.text)).help(format!("set {step}.sweep.{}=[...] instead", key.text)));
+            return Err(
+                wrong(format!("`{}` is swept", key.text)).help(format!("set {step}.sweep.{}=[...] instead", key.text))
+            );
         }
         raw.table.set(&key, value)
     }
@@ -179,7 +183,9 @@ impl Raw {
         let name = raw.key.text;
         let Some((_, stage)) = raw.table.take("use") else {
             let mistake = Mistake::new(format!("step `{name}` doesn't say which stage it uses"));
-            return Err(mistake.at(&raw.key.at, "add use = \"STAGE\"").help(format!("stages: {}", stage_names().join(", "))));
+            return Err(mistake
+                .at(&raw.key.at, "add use = \"STAGE\"")
+                .help(format!("stages: {}", stage_names().join(", "))));
         };
         let wanted = stage.text("the name of a stage")?;
         let Some(def) = registry::stage(wanted) else {
@@ -191,10 +197,11 @@ impl Raw {
             self.materials(&mut v);
             v
         };
-        let params = Table(raw.table.0.into_iter().map(|(k, v)| (k.clone(), self.material(&k, substitute(v)))).collect());
-        let points = points.into_iter().map(|p| {
-            p.into_iter().map(|(k, v)| (k.clone(), self.material(&k, substitute(v)))).collect()
-        });
+        let params =
+            Table(raw.table.0.into_iter().map(|(k, v)| (k.clone(), self.material(&k, substitute(v)))).collect());
+        let points = points
+            .into_iter()
+            .map(|p| p.into_iter().map(|(k, v)| (k.clone(), self.material(&k, substitute(v)))).collect());
         let points = points.collect();
         Ok(Step { name, at: raw.key.at, folder: raw.folder, stage: def, params, points })
     }

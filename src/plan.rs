@@ -242,7 +242,12 @@ impl Builder<'_> {
     }
 
     /// Takes references and input files out of `table` into `inputs`.
-    fn extract(&mut self, prefix: &str, table: &mut Table, inputs: &mut BTreeMap<String, Input>) -> Result<(), Mistake> {
+    fn extract(
+        &mut self,
+        prefix: &str,
+        table: &mut Table,
+        inputs: &mut BTreeMap<String, Input>,
+    ) -> Result<(), Mistake> {
         let mut kept = Vec::new();
         for (key, mut value) in std::mem::take(&mut table.0) {
             let path = if prefix.is_empty() { key.text.clone() } else { format!("{prefix}.{}", key.text) };
@@ -286,7 +291,9 @@ impl Builder<'_> {
         }
         let texts: Vec<(&str, &At)> = match &value.node {
             Written::Text(s) => vec![(s, &value.at)],
-            Written::List(items) => items.iter().map(|v| Ok((v.text("a reference")?, &v.at))).collect::<Result<_, _>>()?,
+            Written::List(items) => {
+                items.iter().map(|v| Ok((v.text("a reference")?, &v.at))).collect::<Result<_, _>>()?
+            }
             _ => vec![("", &value.at)],
         };
         let mut nodes = Vec::new();
@@ -338,9 +345,7 @@ impl Builder<'_> {
             }
         }
         let fits = |id: &&NodeId| {
-            pairs.iter().all(|(key, value)| {
-                self.plan.nodes[**id].swept.iter().any(|(k, v)| k == key && same(v, value))
-            })
+            pairs.iter().all(|(key, value)| self.plan.nodes[**id].swept.iter().any(|(k, v)| k == key && same(v, value)))
         };
         let found: Vec<NodeId> = all.iter().filter(fits).copied().collect();
         if found.is_empty() {
@@ -355,9 +360,8 @@ impl Builder<'_> {
     fn file(&mut self, value: &Value) -> Result<Input, Mistake> {
         let name = value.text("a file name")?;
         let path = self.step.folder.join(Path::new(name));
-        let bytes = std::fs::read(&path).map_err(|e| {
-            Mistake::new(format!("can't read {}: {e}", path.display())).at(&value.at, "named here")
-        })?;
+        let bytes = std::fs::read(&path)
+            .map_err(|e| Mistake::new(format!("can't read {}: {e}", path.display())).at(&value.at, "named here"))?;
         let encoded = File(bytes).encode();
         let digest = Digest::of(&encoded);
         self.plan.files.insert(digest, encoded);

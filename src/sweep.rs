@@ -40,7 +40,9 @@ pub fn expand(step: &mut Table) -> Result<Vec<Point>, Mistake> {
     }
     if let Some((key, value)) = step.take("points") {
         let Node::List(items) = &value.node else {
-            return Err(Mistake::new("expected a list of tables: points = [{ key = value }]").at(&value.at, value.kind()));
+            return Err(
+                Mistake::new("expected a list of tables: points = [{ key = value }]").at(&value.at, value.kind())
+            );
         };
         let rows = items.iter().map(|v| Ok(v.table("a table: { key = value }")?.0.clone()));
         let rows = rows.collect::<Result<Vec<Point>, Mistake>>()?;
@@ -67,7 +69,8 @@ fn axis_points(key: &Key, axis: &Value) -> Result<Vec<Point>, Mistake> {
         Node::List(items) => items.clone(),
         Node::Text(text) => range(text, &axis.at)?,
         _ => {
-            let title = format!("expected a list of values for `{}`, or a range such as \"1 km/s .. 8 km/s in 8\"", key.text);
+            let title =
+                format!("expected a list of values for `{}`, or a range such as \"1 km/s .. 8 km/s in 8\"", key.text);
             return Err(Mistake::new(title).at(&axis.at, format!("this is {}", axis.kind())));
         }
     };

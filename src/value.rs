@@ -61,7 +61,10 @@ impl Table {
         };
         match &mut self.0[i].1.node {
             Node::Table(t) => t.set(&Key { text: rest.into(), at: path.at.clone() }, value),
-            _ => Err(Mistake::new(format!("`{first}` is no table, so `{}` can't be set", path.text)).at(&path.at, "here")),
+            _ => {
+                Err(Mistake::new(format!("`{first}` is no table, so `{}` can't be set", path.text))
+                    .at(&path.at, "here"))
+            }
         }
     }
     /// The place of the value at a dotted path, or of the nearest part of it that is there; `key` marks the key instead.

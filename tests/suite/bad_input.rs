@@ -39,9 +39,12 @@ fn a_file_that_is_not_there_is_named() {
 #[test]
 fn settings_that_fit_nothing_are_named() {
     let project = Project::new("[step.a]\nuse = \"eos.handbook\"\nset = \"copper-royce\"\n");
-    for (setting, part) in
-        [("b.set=1", "there is no step `b`"), ("a=1", "names no key"), ("a.set", "has no `=`"), ("a.sets=\"x\"", "unknown key `sets`")]
-    {
+    for (setting, part) in [
+        ("b.set=1", "there is no step `b`"),
+        ("a=1", "names no key"),
+        ("a.set", "has no `=`"),
+        ("a.sets=\"x\"", "unknown key `sets`"),
+    ] {
         let said = project.hvi(&["run", "study.toml", "--set", setting]);
         assert_eq!(said.code, 2, "{setting}: {}", said.err);
         assert!(said.err.contains(part), "{setting}: {}", said.err);

@@ -26,7 +26,8 @@ fn a_second_run_computes_nothing() {
 fn only_what_changed_is_computed() {
     let project = Project::new(STUDY);
     project.run();
-    project.write("study.toml", &STUDY.replace("# Handbook", "# Comments and\n# blank lines don't count\n\n# Handbook"));
+    project
+        .write("study.toml", &STUDY.replace("# Handbook", "# Comments and\n# blank lines don't count\n\n# Handbook"));
     assert!(project.run().err.contains("3 from the store, 0 computed"));
     project.write("study.toml", &STUDY.replace("\"copper-royce\", ", ""));
     assert!(project.run().err.contains("2 from the store, 0 computed"), "a point less needs no work");
@@ -87,7 +88,9 @@ fn plan_says_what_would_run_and_why() {
 #[test]
 fn two_runs_at_once_agree() {
     let project = Project::new(STUDY);
-    let spawn = |out: &str| project.command(&["run", "study.toml", "--out", out]).stderr(std::process::Stdio::piped()).spawn().unwrap();
+    let spawn = |out: &str| {
+        project.command(&["run", "study.toml", "--out", out]).stderr(std::process::Stdio::piped()).spawn().unwrap()
+    };
     let (a, b) = (spawn("a"), spawn("b"));
     for child in [a, b] {
         assert!(child.wait_with_output().unwrap().status.success());

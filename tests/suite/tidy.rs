@@ -37,7 +37,17 @@ fn every_source_opens_with_what_it_is() {
 #[test]
 fn stages_are_pure() {
     const FORBIDDEN: [&str; 11] = [
-        "std::fs", "std::env", "std::net", "std::process", "std::time", "Instant::now", "SystemTime", ".powf(", ".ln()", ".exp()", "HashMap",
+        "std::fs",
+        "std::env",
+        "std::net",
+        "std::process",
+        "std::time",
+        "Instant::now",
+        "SystemTime",
+        ".powf(",
+        ".ln()",
+        ".exp()",
+        "HashMap",
     ];
     for (path, text) in sources("stages") {
         let tests = ["tests", "benches", "examples"].iter().any(|f| path.iter().any(|part| part == *f));

@@ -9,7 +9,8 @@ pub fn bisect(mut a: f64, mut b: f64, tolerance: f64, f: impl Fn(f64) -> f64) ->
     if at_a == 0.0 {
         return Some(a);
     }
-    if !(at_a * f(b) <= 0.0) {
+    let product = at_a * f(b);
+    if product > 0.0 || product.is_nan() {
         return None;
     }
     for _ in 0..200 {
