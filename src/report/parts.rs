@@ -120,7 +120,8 @@ pub struct Image {
 /// A length of time for people.
 pub fn time(seconds: f64) -> String {
     match seconds {
-        s if s.is_nan() || s < 0.0005 => "0 s".into(),
+        s if s.is_nan() || s <= 0.0 => "0 s".into(),
+        s if s < 0.0005 => "< 1 ms".into(),
         s if s < 0.9995 => format!("{:.0} ms", s * 1e3),
         s if s < 9.95 => format!("{s:.1} s"),
         s if s < 119.5 => format!("{s:.0} s"),
@@ -153,7 +154,11 @@ fn grid(title: &str, head: Vec<(String, String)>, mut rows: Vec<Vec<Text>>, note
 
 fn table(t: &Table) -> Grid {
     // Rows beyond those shown needn't be made into text.
-    let shown = t.rows.iter().take(MOST_ROWS).map(|row| row.iter().map(Text::of).collect()).collect();
+    let cell = |(k, cell): (usize, &Cell)| match cell {
+        Cell::Text(symbol) if t.columns.get(k).is_some_and(|c| c.0 == "unit") => Text::word(unit(symbol), "unit"),
+        cell => Text::of(cell),
+    };
+    let shown = t.rows.iter().take(MOST_ROWS).map(|row| row.iter().enumerate().map(cell).collect()).collect();
     let mut grid = grid(&t.title, t.columns.clone(), shown, &t.note);
     (grid.total, grid.left_out) = (t.rows.len(), t.rows.len().saturating_sub(MOST_ROWS));
     (grid.tall, grid.folded) = (t.rows.len() > LONG_TABLE, t.rows.len() > GREAT_TABLE);
@@ -162,7 +167,9 @@ fn table(t: &Table) -> Grid {
 
 /// The numbers of a step without a sweep.
 pub fn scalars(point: &Point) -> Option<Grid> {
-    let row = |s: &Scalar| vec![Text::word(s.name.clone(), ""), Text::of(&s.value), Text::word(unit(&s.unit), "unit")];
+    // Words stand in the numbers' column, so they are set like them.
+    let value = |s: &Scalar| Text { number: true, ..Text::of(&s.value) };
+    let row = |s: &Scalar| vec![Text::word(s.name.clone(), ""), value(s), Text::word(unit(&s.unit), "unit")];
     let head = ["quantity", "value", "unit"].map(|h| (h.to_string(), String::new())).to_vec();
     (!point.scalars.is_empty()).then(|| grid("", head, point.scalars.iter().map(row).collect(), ""))
 }
@@ -355,6 +362,7 @@ mod tests {
     fn times_are_for_people() {
         let cases = [
             (0.0, "0 s"),
+            (1e-5, "< 1 ms"),
             (0.0123, "12 ms"),
             (4.26, "4.3 s"),
             (71.0, "71 s"),
