@@ -141,10 +141,13 @@ fn comparison(r: &EtaLaw, points: &[Point], title: &str, score: usize) -> Figure
     let mut series = Vec::new();
     let speeds = points.iter().map(|p| p.velocity * 1e-3);
     let (low, high) = speeds.fold((f64::MAX, 0f64), |(a, b), v| (a.min(v), b.max(v)));
+    let most = if r.full == Full::Limit { 1.0 } else { f64::INFINITY };
     for family in families(points) {
         let simulated = family.points.iter().map(|p| (p.velocity * 1e-3, p.eta)).collect();
         series.push(Series::new(&family.label, Style::Dots, simulated));
-        let curve = (0..=48).map(|k| low + (high - low) * f64::from(k) / 48.0).map(|v| (v, r.law.at(v, family.ratio)));
+        let curve = (0..=48)
+            .map(|k| low + (high - low) * f64::from(k) / 48.0)
+            .map(|v| (v, r.law.at(v, family.ratio).min(most)));
         series.push(Series::new("", Style::Line, curve.collect()));
     }
     let thickness = points.first().map_or(0.0, |p| tidy(p.thickness * 1e3));
@@ -157,7 +160,8 @@ fn comparison(r: &EtaLaw, points: &[Point], title: &str, score: usize) -> Figure
         y: Axis::linear("melted fraction η", ""),
         series,
         note: format!(
-            "{plate}Dots: simulated; lines: eq 35 with the parameters fitted here. rms {:.3}, worst {:.3}. {}",
+            "{plate}Dots: simulated; lines: eq 35 with the parameters fitted here{}. rms {:.3}, worst {:.3}. {}",
+            if most.is_finite() { ", drawn up to 1" } else { "" },
             s.rms,
             s.worst,
             resolution(points)
