@@ -89,7 +89,7 @@ impl Run<'_> {
     fn equilibrate(&mut self, ctx: &Ctx<'_>) -> Result<(), StageError> {
         let steps = self.steps(self.params.equilibration);
         for k in 0..steps {
-            if k % LEAST_SAMPLES == 0 {
+            if k.is_multiple_of(LEAST_SAMPLES) {
                 self.tick(ctx, 0.0, "equilibrating")?;
             }
             if 2 * k >= steps {
@@ -120,7 +120,7 @@ impl Run<'_> {
             self.sample()?;
             let taken = self.series.energy.len();
             let spent = self.discarded + taken >= longest;
-            if taken % LEAST_SAMPLES != 0 && !spent {
+            if !taken.is_multiple_of(LEAST_SAMPLES) && !spent {
                 continue;
             }
             if self.phase_changed() && !spent {
@@ -153,7 +153,7 @@ impl Run<'_> {
         self.series.pressure.push(self.system.virial() / (3.0 * self.cube.volume));
         self.series.site_virial.push(self.system.site_virial());
         self.series.temperature.push(self.system.temperature());
-        if self.series.energy.len() % LEAST_SAMPLES == 0 {
+        if self.series.energy.len().is_multiple_of(LEAST_SAMPLES) {
             self.looks.push(Order::of(&self.system, self.lattice));
         }
         Ok(())

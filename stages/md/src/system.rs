@@ -51,7 +51,8 @@ impl System {
     pub fn new(tables: Tables, isa: Isa, sites: &[[f64; 3]], edge: f64) -> Result<System, Fault> {
         let (n, cutoff) = (sites.len(), tables.potential.cutoff());
         let skin = SKIN.min(0.5 * edge - cutoff);
-        if !(skin >= LEAST_SKIN) {
+        let wide_enough = skin >= LEAST_SKIN;
+        if !wide_enough {
             return Err(Fault::Small { edge, needed: 2.0 * (cutoff + LEAST_SKIN) });
         }
         let mut position: Vec<[f64; 4]> = sites.iter().map(|s| [s[0], s[1], s[2], 0.0]).collect();
@@ -204,7 +205,9 @@ impl System {
         let moved2 = run(self.isa, Drift { atoms, listed: &self.listed, factor, half_step: 0.5 * dt });
         self.step += 1;
         self.time += dt;
-        if !(moved2 <= 0.25 * self.skin * self.skin) {
+        // a lost atom's NaN is not within
+        let within = moved2 <= 0.25 * self.skin * self.skin;
+        if !within {
             self.rebuild();
         }
         self.act()?;

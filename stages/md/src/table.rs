@@ -90,7 +90,7 @@ impl Tables {
     #[inline(always)]
     pub fn embedding(&self, density: f64) -> Option<Jet> {
         let u = density * self.embedding_scale;
-        if !(u >= 0.0) {
+        if u.is_nan() || u < 0.0 {
             return None;
         }
         let line = u as usize;
