@@ -2,6 +2,7 @@
 //! equation of state (steps 5 to 7).
 use crate::grid::Grid;
 use crate::kernel::{MOMENT, Stencil};
+use crate::material::Law;
 use crate::p2g::{Sums, Work, full_gradient};
 use crate::particle::Particle;
 use crate::step::{Setting, Totals};
@@ -31,7 +32,9 @@ pub fn update<const D: usize>(
         let l = full_gradient(&mean, velocity[D.min(2) - 1], radius, setting);
         let heat = w.heat + returned(p, &sums, setting.cell);
         transfer(p, &sums, &velocity, setting, dt);
-        let booked = setting.laws[p.body as usize].advance(p, &w.stress, &l, heat, dt);
+        p.alone = w.alone;
+        let booked =
+            if w.alone { Law::fly(p, heat) } else { setting.laws[p.body as usize].advance(p, &w.stress, &l, heat, dt) };
         totals.transfer += heat;
         totals.viscous += booked.viscous;
         totals.floored += booked.floored;

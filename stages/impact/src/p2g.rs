@@ -20,8 +20,10 @@ pub struct Work<const D: usize> {
     pub gradient: [[f64; D]; D],
     /// Energy that the transfer to the grid took out of motion [J].
     pub heat: f64,
-    /// Stress at the middle of the step.
+    /// Stress at the middle of the step; none where the particle is alone.
     pub stress: HalfStep,
+    /// No other particle shares a node with it.
+    pub alone: bool,
 }
 
 /// Sums over a stencil of a vector field: `sum w u`, `sum u g^T`, `sum w u r^T` and `sum w |u|^2`.
@@ -73,6 +75,7 @@ pub fn momentum<const D: usize>(
             gradient: [[0.0; D]; D],
             heat: 0.0,
             stress: HalfStep::default(),
+            alone: false,
         });
         let last = D - 1;
         let along: [f64; D] = std::array::from_fn(|c| p.affine[c][last] * cell);
@@ -107,7 +110,10 @@ pub fn force<const D: usize>(
     dt: f64,
 ) {
     for (p, w) in particles.iter().zip(work) {
-        gather_start(p, w, grid, setting.cell);
+        w.alone = gather_start(p, w, grid, setting.cell);
+        if w.alone {
+            continue;
+        }
         let radius = p.position[D.min(2) - 1];
         let radial = p.velocity[D.min(2) - 1] + w.drift[D.min(2) - 1];
         let l = full_gradient(&w.gradient, radial, radius, setting);
@@ -117,11 +123,16 @@ pub fn force<const D: usize>(
 }
 
 /// Gathers the grid velocity at the start of the step, and `h = m/2 sum w |v + C (x_i - x) - v_i|^2`.
+///
+/// Returns whether the particle is alone: `sum w m_i` is no more than its own `m sum w^2`. Alone, its affine field meets
+/// nothing, so its gradient would stay as it is for ever and its volume grow as an exponential of time: it flies on as a
+/// whole instead, its state untouched.
 #[inline(always)]
-fn gather_start<const D: usize>(p: &Particle<D>, w: &mut Work<D>, grid: &Grid<D>, cell: f64) {
+fn gather_start<const D: usize>(p: &Particle<D>, w: &mut Work<D>, grid: &Grid<D>, cell: f64) -> bool {
     let (s, last) = (&w.stencil, D - 1);
     let nodes = grid.stencil(w.slot);
     let mut sums = Sums::<D>::zero();
+    let mut shared = 0.0;
     for row in 0..Stencil::<D>::ROWS {
         let r = s.row(row, cell);
         let mut affine = [0.0; D];
@@ -131,10 +142,11 @@ fn gather_start<const D: usize>(p: &Particle<D>, w: &mut Work<D>, grid: &Grid<D>
             }
             affine[c] += p.affine[c][last] * s.corner[last];
         }
-        let (mut mean, mut slope, mut square) = ([0.0; D], [0.0; D], 0.0);
+        let (mut mean, mut slope, mut square, mut mass) = ([0.0; D], [0.0; D], 0.0, 0.0);
         for k in 0..4 {
             let node = &grid.nodes[nodes[4 * row + k] as usize];
             let (weight, gradient) = (s.weight[last][k], s.slope[last][k]);
+            mass += weight * node.mass;
             let mut apart = 0.0;
             for c in 0..D {
                 let u = node.velocity[c] - p.velocity[c];
@@ -154,10 +166,13 @@ fn gather_start<const D: usize>(p: &Particle<D>, w: &mut Work<D>, grid: &Grid<D>
             sums.gradient[c][last] += r.weight * slope[c];
         }
         sums.square += r.weight * square;
+        shared += r.weight * mass;
     }
     w.drift = sums.mean;
     w.gradient = sums.gradient;
     w.heat = 0.5 * p.mass * sums.square;
+    let own: f64 = s.weight.iter().map(|w| w.iter().map(|x| x * x).sum::<f64>()).product();
+    shared <= p.mass * own * (1.0 + 1e-9)
 }
 
 /// `f_i = -V sum (S - P I) g`, and in axisymmetry the hoop stress on the radial component.

@@ -49,6 +49,8 @@ pub struct Particle<const D: usize> {
     pub body: u8,
     /// Failed: carries no tension and no shear.
     pub failed: bool,
+    /// No other particle shared a node with it in the last step: it flies on as it is.
+    pub alone: bool,
 }
 
 impl<const D: usize> Particle<D> {
@@ -78,6 +80,7 @@ impl<const D: usize> Particle<D> {
             id,
             body,
             failed: false,
+            alone: false,
         }
     }
 

@@ -139,7 +139,7 @@ impl<const D: usize> State<D> {
         let (mut signal, mut speed2, mut fastest) = (0.0, 0.0f64, 0);
         for (i, p) in self.particles.iter().enumerate() {
             let s = Law::signal_speed(p, setting.cell);
-            if s > signal {
+            if s > signal && !p.alone {
                 (signal, fastest) = (s, i);
             }
             if self.steps < 3 {

@@ -56,6 +56,10 @@ const LINEAR: f64 = 0.5;
 const QUADRATIC: f64 = 2.0;
 const FADE: f64 = 0.003;
 
+/// Volume over initial volume beyond which a particle's volume counts no further: matter so thin exerts no pressure, but
+/// the affine fields of a few particles flying side by side would go on to inflate it.
+const DUST: f64 = 1e6;
+
 impl Law {
     /// The law of `material` with `eos`.
     pub fn new(material: &Material, eos: Eos, on: Switches) -> Law {
@@ -149,17 +153,20 @@ impl Law {
         p.divergence = divergence;
         let work = dt * p.volume * p.ratio;
         booked.viscous = -work * stress.viscous * divergence;
-        p.energy += (work * (tensor::contract(&stress.deviator, l) - stress.pressure * divergence) + heat) / p.mass;
-        if p.energy < 0.0 {
-            booked.floored = -p.energy * p.mass;
-            p.energy = 0.0;
-        }
+        let power = tensor::contract(&stress.deviator, l) - stress.pressure * divergence;
+        booked.floored = add_heat(p, work * power + heat);
         let stretch = tensor::determinant(l, dt);
         booked.limited = stretch < 0.5;
-        p.ratio *= if stretch < 0.5 { 0.5 } else { stretch };
+        p.ratio = (p.ratio * if stretch < 0.5 { 0.5 } else { stretch }).min(DUST);
         self.strain(p, l, dt);
         self.evaluate(p);
         booked
+    }
+
+    /// Lets `p`, alone in space, keep its state; `heat` [J] of the transfer is no more than rounding.
+    pub fn fly<const D: usize>(p: &mut Particle<D>, heat: f64) -> Booked {
+        p.divergence = 0.0;
+        Booked { floored: add_heat(p, heat), ..Booked::default() }
     }
 
     /// Elastic trial, radial return, damage.
@@ -238,6 +245,15 @@ impl Law {
         let shear = self.shear.filter(|_| p.softening > 0.0).unwrap_or(0.0);
         p.sound_speed = (bulk * bulk + 4.0 / 3.0 * shear * volume.min(self.widest)).sqrt();
     }
+}
+
+/// Adds `heat` [J]; returns what had to be put in [J] for the energy not to be negative.
+#[inline(always)]
+fn add_heat<const D: usize>(p: &mut Particle<D>, heat: f64) -> f64 {
+    p.energy += heat / p.mass;
+    let lacking = (-p.energy * p.mass).max(0.0);
+    p.energy = p.energy.max(0.0);
+    lacking
 }
 
 #[cfg(test)]
