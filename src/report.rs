@@ -137,23 +137,7 @@ fn fill(page: &Page<'_>) -> Result<String, minijinja::Error> {
     let mut engine = minijinja::Environment::new();
     engine.set_syntax(minijinja::syntax::SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build()?);
     engine.add_template("report.html", include_str!("report.html"))?;
-    let data = serde_json::to_value(page).expect("a page is plain data with text keys");
-    engine.get_template("report.html")?.render(template_value(data))
-}
-
-/// The same data as the template engine's own kind of value.
-fn template_value(value: serde_json::Value) -> minijinja::Value {
-    use serde_json::Value as Json;
-    match value {
-        Json::Null => ().into(),
-        Json::Bool(b) => b.into(),
-        Json::Number(n) => n.as_u64().map_or_else(|| n.as_f64().into(), minijinja::Value::from),
-        Json::String(s) => s.into(),
-        Json::Array(list) => list.into_iter().map(template_value).collect(),
-        Json::Object(map) => {
-            map.into_iter().map(|(k, v)| (k, template_value(v))).collect::<std::collections::BTreeMap<_, _>>().into()
-        }
-    }
+    engine.get_template("report.html")?.render(minijinja::Value::from_serialize(page))
 }
 
 type Kind = fn(&State) -> bool;
