@@ -137,7 +137,7 @@ fn fill(page: &Page<'_>) -> Result<String, minijinja::Error> {
     let mut engine = minijinja::Environment::new();
     engine.set_syntax(minijinja::syntax::SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build()?);
     engine.add_template("report.html", include_str!("report.html"))?;
-    engine.get_template("report.html")?.render(minijinja::Value::serialize(page))
+    engine.get_template("report.html")?.render(minijinja::value::Serde(page))
 }
 
 type Kind = fn(&State) -> bool;
