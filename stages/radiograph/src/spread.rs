@@ -1,7 +1,7 @@
 //! How far each particle is smeared: over its own matter, or up to its neighbours where a cloud has thinned.
 use crate::project::size;
 use hvi_impact::result::{Impact, Particles, Space};
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 
 /// Particles alone are smeared over at most this many cells.
 const FARTHEST: i32 = 6;
@@ -41,12 +41,12 @@ pub fn sides(run: &Impact, p: &Particles, smooth: bool) -> Vec<f64> {
 struct Bins {
     cell: f64,
     axes: usize,
-    members: HashMap<Bin, Vec<u32>>,
+    members: BTreeMap<Bin, Vec<u32>>,
 }
 
 impl Bins {
     fn new(points: &[[f64; 3]], cell: f64, axes: usize) -> Bins {
-        let mut bins = Bins { cell, axes, members: HashMap::new() };
+        let mut bins = Bins { cell, axes, members: BTreeMap::new() };
         for (i, &x) in points.iter().enumerate() {
             bins.members.entry(bins.bin(x)).or_default().push(i as u32);
         }
