@@ -1,6 +1,7 @@
 //! The perfect face-centred cubic lattice: its sites, and its energy and pressure at rest.
 use crate::potential::Potential;
 use hvi_kit::math::{bisect, cbrt};
+use std::sync::OnceLock;
 
 /// Atoms in the cubic cell, in units of its edge.
 const BASIS: [[f64; 3]; 4] = [[0.0, 0.0, 0.0], [0.0, 0.5, 0.5], [0.5, 0.0, 0.5], [0.5, 0.5, 0.0]];
@@ -63,8 +64,16 @@ pub fn at_rest(potential: Potential, edge: f64) -> Static {
     }
 }
 
-/// Cubic edge of the lattice without pressure [angstrom].
+/// Cubic edge of the lattice without pressure [angstrom]; found once in a process, as every state of a sweep asks for it.
 pub fn equilibrium_edge(potential: Potential) -> f64 {
+    static MISHIN_2001: OnceLock<f64> = OnceLock::new();
+    let found = match potential {
+        Potential::Mishin2001 => &MISHIN_2001,
+    };
+    *found.get_or_init(|| find_equilibrium_edge(potential))
+}
+
+fn find_equilibrium_edge(potential: Potential) -> f64 {
     let contact = potential.cutoff();
     bisect(0.55 * contact, 0.8 * contact, 1e-12, |edge| at_rest(potential, edge).pressure)
         .expect("a built-in potential has its lattice where its cut-off takes in three to five shells")
