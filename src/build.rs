@@ -6,7 +6,7 @@
 //! or kit's `view.rs`, which only present results that are already stored.
 use proc_macro2::{TokenStream, TokenTree};
 use quote::ToTokens;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::{env, fs};
 use syn::visit_mut::VisitMut;
@@ -17,6 +17,7 @@ fn main() -> Result<(), Failure> {
     let root = PathBuf::from(env::var("CARGO_MANIFEST_DIR")?);
     println!("cargo:rerun-if-changed={}", root.join("stages").display());
     println!("cargo:rerun-if-changed={}", root.join("Cargo.lock").display());
+    println!("cargo:rerun-if-changed={}", root.join("Cargo.toml").display());
     println!("cargo:rerun-if-changed={}", root.join("src").display());
     let locked = locked_packages(&root.join("Cargo.lock"))?;
     let mut table = String::from(
@@ -36,6 +37,12 @@ fn main() -> Result<(), Failure> {
     for file in files(&root.join("src"))? {
         program.update(&fs::read(file)?);
     }
+    for file in files(&root.join("stages"))? {
+        let path = file.strip_prefix(&root)?.to_string_lossy();
+        if shows(&path, "") || path.ends_with("kit/src/view.rs") {
+            program.update(&fs::read(file)?);
+        }
+    }
     table += &format!(
         "/// Digest of the orchestrator's own sources: what it writes for people may change with it.\npub const PROGRAM: &str = {:?};\n",
         program.finalize().to_string()
@@ -45,7 +52,7 @@ fn main() -> Result<(), Failure> {
 }
 
 /// Digest of everything that a result of crate `name` may depend on.
-fn digest(root: &Path, name: &str, locked: &BTreeMap<String, Package>) -> Result<blake3::Hash, Failure> {
+fn digest(root: &Path, name: &str, locked: &Locked) -> Result<blake3::Hash, Failure> {
     let mut hasher = blake3::Hasher::new();
     let mut add = |part: &[u8]| {
         hasher.update(&(part.len() as u64).to_le_bytes());
@@ -61,10 +68,13 @@ fn digest(root: &Path, name: &str, locked: &BTreeMap<String, Package>) -> Result
         }
         let folder = root.join("stages").join(folder);
         add(package.name.as_bytes());
-        add(manifest(&folder.join("Cargo.toml"))?.as_bytes());
-        for file in files(&folder.join("src"))? {
+        add(manifest(root, &folder.join("Cargo.toml"))?.as_bytes());
+        if folder.join("build.rs").exists() {
+            add(tokens(&folder.join("build.rs"))?.as_bytes());
+        }
+        for file in counted_files(&folder.join("src"))? {
             let path = file.strip_prefix(&folder)?.to_string_lossy().into_owned();
-            if path.ends_with("/show.rs") || (package.name == "hvi-kit" && path == "src/view.rs") {
+            if shows(&path, &package.name) {
                 continue;
             }
             add(path.as_bytes());
@@ -78,11 +88,25 @@ fn digest(root: &Path, name: &str, locked: &BTreeMap<String, Package>) -> Result
     Ok(hasher.finalize())
 }
 
-/// The parts of a manifest that may change what is compiled.
-fn manifest(path: &Path) -> Result<String, Failure> {
+/// Whether a source file only presents results that are already stored.
+fn shows(path: &str, package: &str) -> bool {
+    path.ends_with("/show.rs") || (package == "hvi-kit" && path == "src/view.rs")
+}
+
+/// The parts of a manifest that may change what is compiled, with what they take from the workspace's.
+fn manifest(root: &Path, path: &Path) -> Result<String, Failure> {
+    let workspace: toml::Table = fs::read_to_string(root.join("Cargo.toml"))?.parse()?;
+    let workspace = workspace.get("workspace").ok_or("Cargo.toml has no [workspace]")?;
     let table: toml::Table = fs::read_to_string(path)?.parse()?;
     let part = |key: &str| table.get(key).map(ToString::to_string).unwrap_or_default();
-    Ok([part("dependencies"), part("features"), part("build-dependencies")].join("\n"))
+    let own = ["dependencies", "features", "build-dependencies", "target"].map(part);
+    let edition = workspace.get("package").and_then(|p| p.get("edition")).map(ToString::to_string);
+    let names = ["dependencies", "build-dependencies"].into_iter().filter_map(|k| table.get(k)?.as_table());
+    let shared = names.flat_map(|t| t.keys()).map(|name| {
+        let entry = workspace.get("dependencies").and_then(|d| d.get(name));
+        format!("{name} = {}", entry.map(ToString::to_string).unwrap_or_default())
+    });
+    Ok(own.into_iter().chain(edition).chain(shared).collect::<Vec<_>>().join("\n"))
 }
 
 struct Package {
@@ -92,30 +116,62 @@ struct Package {
     needs: Vec<String>,
 }
 
-fn locked_packages(path: &Path) -> Result<BTreeMap<String, Package>, Failure> {
+/// Locked packages by name; a name may have several versions.
+type Locked = BTreeMap<String, Vec<Package>>;
+
+fn locked_packages(path: &Path) -> Result<Locked, Failure> {
     let lock: toml::Table = fs::read_to_string(path)?.parse()?;
     let text = |p: &toml::Value, key: &str| p.get(key).and_then(|v| v.as_str()).unwrap_or_default().to_string();
     let packages = lock.get("package").and_then(|p| p.as_array()).ok_or("Cargo.lock lists no packages")?;
-    let named = packages.iter().map(|p| {
+    let mut all = Locked::new();
+    for p in packages {
         let needs = p.get("dependencies").and_then(|d| d.as_array()).into_iter().flatten();
-        let needs = needs.filter_map(|d| d.as_str()).map(|d| d.split(' ').next().unwrap_or(d).to_string()).collect();
-        (
-            text(p, "name"),
-            Package { name: text(p, "name"), version: text(p, "version"), checksum: text(p, "checksum"), needs },
-        )
-    });
-    Ok(named.collect())
+        let needs = needs.filter_map(|d| d.as_str()).map(str::to_string).collect();
+        let package =
+            Package { name: text(p, "name"), version: text(p, "version"), checksum: text(p, "checksum"), needs };
+        all.entry(package.name.clone()).or_default().push(package);
+    }
+    Ok(all)
 }
 
-/// `name` and all it needs, by name. Development dependencies are locked too: those of proptest are left out by hand.
-fn closure<'a>(name: &str, locked: &'a BTreeMap<String, Package>) -> Vec<&'a Package> {
-    let (mut seen, mut todo) = (BTreeSet::new(), vec![name.to_string()]);
+/// `name` and all it needs, in the order of names and versions. Development dependencies are locked too: proptest, the
+/// only one of the stages, is left out by hand.
+fn closure<'a>(name: &str, locked: &'a Locked) -> Vec<&'a Package> {
+    let mut seen: BTreeMap<(&str, &str), &Package> = BTreeMap::new();
+    let mut todo = vec![name.to_string()];
     while let Some(next) = todo.pop() {
-        if next != "proptest" && seen.insert(next.clone()) {
-            todo.extend(locked.get(&next).into_iter().flat_map(|p| p.needs.iter().cloned()));
+        // "name", or "name version" where there are several.
+        let mut words = next.split(' ');
+        let (name, version) = (words.next().unwrap_or_default(), words.next());
+        let fitting = locked.get(name).into_iter().flatten().filter(|p| version.is_none_or(|v| v == p.version));
+        for package in fitting.filter(|p| p.name != "proptest") {
+            if seen.insert((&package.name, &package.version), package).is_none() {
+                todo.extend(package.needs.iter().cloned());
+            }
         }
     }
-    seen.iter().filter_map(|name| locked.get(name)).collect()
+    seen.into_values().collect()
+}
+
+/// The files below `folder` but those of modules that are there for tests only.
+fn counted_files(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
+    let all = files(folder)?;
+    let mut tests: Vec<PathBuf> = Vec::new();
+    for path in all.iter().filter(|p| p.extension().is_some_and(|e| e == "rs")) {
+        let stem = path.with_extension("");
+        let is_root = matches!(stem.file_name().and_then(|n| n.to_str()), Some("mod" | "lib" | "main"));
+        let home = if is_root { path.parent().unwrap_or(folder).to_path_buf() } else { stem };
+        for item in syn::parse_file(&fs::read_to_string(path)?)?.items {
+            if let syn::Item::Mod(module) = &item
+                && module.content.is_none()
+                && is_test(&item)
+            {
+                let name = home.join(module.ident.to_string());
+                tests.extend([name.with_extension("rs"), name]);
+            }
+        }
+    }
+    Ok(all.into_iter().filter(|path| !tests.iter().any(|t| path.starts_with(t))).collect())
 }
 
 fn files(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
@@ -152,17 +208,23 @@ impl VisitMut for Strip {
 }
 
 fn is_test(item: &syn::Item) -> bool {
+    use syn::Item::{Const, Enum, Fn, Impl, Macro, Mod, Static, Struct, Trait, Type, Use};
     let attributes = match item {
-        syn::Item::Mod(i) => &i.attrs,
-        syn::Item::Fn(i) => &i.attrs,
-        syn::Item::Use(i) => &i.attrs,
-        syn::Item::Impl(i) => &i.attrs,
-        syn::Item::Const(i) => &i.attrs,
+        Const(i) => &i.attrs,
+        Enum(i) => &i.attrs,
+        Fn(i) => &i.attrs,
+        Impl(i) => &i.attrs,
+        Macro(i) => &i.attrs,
+        Mod(i) => &i.attrs,
+        Static(i) => &i.attrs,
+        Struct(i) => &i.attrs,
+        Trait(i) => &i.attrs,
+        Type(i) => &i.attrs,
+        Use(i) => &i.attrs,
         _ => return false,
     };
-    attributes
-        .iter()
-        .any(|a| a.path().is_ident("cfg") && a.meta.to_token_stream().to_string().replace(' ', "") == "cfg(test)")
+    let plain = |a: &syn::Attribute| a.meta.to_token_stream().to_string().replace(' ', "");
+    attributes.iter().any(|a| plain(a) == "cfg(test)")
 }
 
 /// Drops `#[doc = ...]` everywhere, macro bodies included: documentation comments are such attributes.
@@ -176,7 +238,7 @@ fn undocumented(stream: TokenStream) -> TokenStream {
         let first = group.stream().into_iter().next();
         let doc = matches!(first, Some(TokenTree::Ident(ref i)) if i == "doc")
             && group.delimiter() == proc_macro2::Delimiter::Bracket;
-        if doc {
+        if doc && matches!(kept.last(), Some(TokenTree::Punct(p)) if matches!(p.as_char(), '#' | '!')) {
             while matches!(kept.last(), Some(TokenTree::Punct(p)) if matches!(p.as_char(), '#' | '!')) {
                 kept.pop();
             }

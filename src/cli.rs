@@ -1,6 +1,6 @@
 //! The command line: what each command does, in words a user reads with `--help`.
-use crate::console::{Console, Mode, duration};
-use crate::execute::{self, Options, Outcome, Report};
+use crate::console::{Console, Mode, duration, say, warn};
+use crate::execute::{self, Options, Outcome, Report, Stored};
 use crate::mistake::Mistake;
 use crate::pipeline::{self, Pipeline};
 use crate::plan::{self, NodeId, Plan};
@@ -28,12 +28,12 @@ enum Command {
         #[command(flatten)]
         study: StudyArgs,
         /// Nodes that run at once [default: one a core]
-        #[arg(long, short)]
-        jobs: Option<usize>,
+        #[arg(long, short, value_parser = clap::value_parser!(u16).range(1..=4096))]
+        jobs: Option<u16>,
         /// One JSON object a line on standard output for everything that happens
         #[arg(long)]
         json: bool,
-        /// Show failures only
+        /// Show failures and the result only
         #[arg(long, short)]
         quiet: bool,
     },
@@ -98,17 +98,17 @@ pub fn main() -> ExitCode {
         }
         Command::Plan { study } => show_plan(&study),
         Command::Stages => {
-            registry::STAGES.iter().for_each(|s| println!("{:20} {}", s.name, s.summary));
+            registry::STAGES.iter().for_each(|s| say(format_args!("{:20} {}", s.name, s.summary)));
             Ok(ExitCode::SUCCESS)
         }
     };
     done.unwrap_or_else(|stop| match stop {
         Stop::Mistake(mistake) => {
-            eprintln!("{mistake}");
+            warn(format_args!("{mistake}"));
             ExitCode::from(2)
         }
         Stop::Machine(why) => {
-            eprintln!("error: {why}");
+            warn(format_args!("error: {why}"));
             ExitCode::from(1)
         }
     })
@@ -136,7 +136,7 @@ impl StudyArgs {
             pipeline.ancestors().find(is_project).map(|folder| folder.join("cache/store"))
         };
         let user = || {
-            let cache = std::env::var_os("XDG_CACHE_HOME").map(PathBuf::from);
+            let cache = std::env::var_os("XDG_CACHE_HOME").filter(|v| !v.is_empty()).map(PathBuf::from);
             let home = || std::env::var_os("HOME").map(|h| PathBuf::from(h).join(".cache"));
             cache.or_else(home).map(|c| c.join("hvi-flow/store"))
         };
@@ -147,28 +147,32 @@ impl StudyArgs {
     }
 }
 
-fn run(args: &StudyArgs, jobs: Option<usize>, mode: Mode) -> Result<ExitCode, Stop> {
+fn run(args: &StudyArgs, jobs: Option<u16>, mode: Mode) -> Result<ExitCode, Stop> {
     let (pipeline, plan) = args.read()?;
+    let folder = args.folder(&pipeline);
+    outputs::claim(&pipeline, &folder)?;
     let store = args.store()?;
     let cores = || std::thread::available_parallelism().map_or(1, usize::from);
-    let jobs = jobs.or(pipeline.settings.jobs).unwrap_or_else(cores).max(1);
+    let jobs = jobs.map(usize::from).or(pipeline.settings.jobs).unwrap_or_else(cores).max(1);
     let cancel = stop_on_interrupt();
     quiet_workers();
     let console = Console::new(mode, &plan, jobs);
     let report = execute::execute(&plan, &store, &Options { jobs, cancel, listener: &console })?;
     console.finish();
-    let folder = args.folder(&pipeline);
-    let page = outputs::write(&pipeline, &plan, &report, &store, &folder)
+    let written = outputs::write(&pipeline, &plan, &report, &store, &folder)
         .map_err(|e| Stop::Machine(format!("can't write results to {}: {e}", folder.display())))?;
     let counts = Counts::of(&report);
     if mode != Mode::Json {
-        eprintln!("{}: {counts} in {}; {}", pipeline.name, duration(report.seconds), page.display());
+        warn(format_args!("{}: {counts} in {}; {}", pipeline.name, duration(report.seconds), written.page.display()));
     }
     if counts.cancelled > 0 {
-        eprintln!("stopped: what was finished is kept, the same command goes on from there");
+        warn(format_args!("stopped: what was finished is kept, the same command goes on from there"));
         return Ok(ExitCode::from(130));
     }
-    Ok(ExitCode::from(u8::from(counts.failed > 0)))
+    for unreadable in &written.unreadable {
+        warn(format_args!("{unreadable}"));
+    }
+    Ok(ExitCode::from(u8::from(counts.failed > 0 || !written.unreadable.is_empty())))
 }
 
 /// The flag that Ctrl-C sets; a second Ctrl-C ends the program at once.
@@ -180,7 +184,7 @@ fn stop_on_interrupt() -> &'static Cancel {
         if cancel.is_set() {
             std::process::exit(130);
         }
-        eprintln!("stopping at the next step of what is running; again to stop at once");
+        warn(format_args!("stopping at the next step of what is running; again to stop at once"));
         cancel.set();
     });
     cancel
@@ -242,15 +246,15 @@ fn show_plan(args: &StudyArgs) -> Result<ExitCode, Stop> {
     let count = |f: fn(&Forecast) -> bool| forecasts.iter().filter(|x| f(x)).count();
     let cost: f64 =
         forecasts.iter().zip(&plan.nodes).filter(|(f, _)| !matches!(f, Forecast::Known)).map(|(_, n)| n.cost).sum();
-    println!(
+    say(format_args!(
         "{}: {} results: {} known, {} to run, {} unknown until then; about {} of one core",
         pipeline.name,
         plan.nodes.len(),
         count(|f| matches!(f, Forecast::Known)),
         count(|f| matches!(f, Forecast::Run(_))),
         count(|f| matches!(f, Forecast::Unknown(_))),
-        duration(cost),
-    );
+        duration(cost.max(0.0)),
+    ));
     for step in &plan.steps {
         let mut groups: BTreeMap<String, usize> = BTreeMap::new();
         for id in step.nodes.clone() {
@@ -262,7 +266,7 @@ fn show_plan(args: &StudyArgs) -> Result<ExitCode, Stop> {
             *groups.entry(text).or_default() += 1;
         }
         for (text, n) in groups {
-            println!("  {:16} {:14} {n:5}  {text}", step.name, step.stage.name);
+            say(format_args!("  {:16} {:14} {n:5}  {text}", step.name, step.stage.name));
         }
     }
     Ok(ExitCode::SUCCESS)
@@ -278,12 +282,13 @@ fn forecast(plan: &Plan, store: &Store, last: &BTreeMap<String, hvi_kit::Digest>
                 let missing = plan.needs(id).find(|&n| outputs[n].is_none());
                 Forecast::Unknown(missing.map_or_else(String::new, |n| plan.steps[plan.nodes[n].step].name.clone()))
             }
-            Some(recipe) => match execute::known(store, recipe.key()) {
-                Some(record) => {
+            Some(recipe) => match execute::stored(store, recipe.key(), plan.nodes[id].stage) {
+                Stored::Whole(record) => {
                     outputs[id] = Some(record.output);
                     Forecast::Known
                 }
-                None => Forecast::Run(reason(&recipe, store, last.get(&plan.label(id)))),
+                Stored::Damaged(_) => Forecast::Run("its stored result is damaged or gone".into()),
+                Stored::Nothing => Forecast::Run(reason(&recipe, store, last.get(&plan.label(id)))),
             },
         };
         all.push(forecast);
@@ -293,7 +298,7 @@ fn forecast(plan: &Plan, store: &Store, last: &BTreeMap<String, hvi_kit::Digest>
 
 /// Why a node has to run: what differs from its last run, field by field.
 fn reason(recipe: &hvi_kit::Recipe, store: &Store, last: Option<&hvi_kit::Digest>) -> String {
-    let Some(key) = last else { return "it never ran".into() };
+    let Some(key) = last else { return "it has no result yet".into() };
     if *key == recipe.key() {
         return "its result is no longer in the store".into();
     }

@@ -16,7 +16,7 @@ pub enum Mode {
     Plain,
     /// A JSON object a line on standard output.
     Json,
-    /// Failures only.
+    /// Failures and damage only.
     Quiet,
 }
 
@@ -115,6 +115,7 @@ impl Inner {
         let id = event.node();
         let cost = plan.nodes[id].cost;
         match event {
+            Event::Damaged { .. } => {}
             Event::Started { .. } => {
                 let bar = self.bars.add(ProgressBar::new(1000));
                 bar.set_style(style("  {bar:20} {msg}"));
@@ -156,7 +157,7 @@ impl Inner {
     fn line(&mut self, plan: &Plan, event: &Event) -> Option<String> {
         let label = plan.label(event.node());
         let text = match event {
-            Event::Failed { why, .. } => return Some(format!("FAILED {label}: {why}")),
+            Event::Failed { .. } | Event::Damaged { .. } => return remark(plan, event),
             Event::Ran { seconds, .. } if *seconds >= 1.0 => format!("ran {label} in {}", duration(*seconds)),
             Event::Ran { .. } | Event::Progress { .. } if self.last_line.elapsed().as_secs() >= 5 => match event {
                 Event::Progress { share, doing, .. } => format!("{label}: {:.0} %, {doing}", share * 100.0),
@@ -185,8 +186,8 @@ impl Listener for Console {
                 let _ = writeln!(std::io::stdout(), "{json}");
             }
             Mode::Bars => {
-                if let Event::Failed { why, .. } = event {
-                    let _ = inner.bars.println(format!("FAILED {}: {why}", plan.label(event.node())));
+                if let Some(text) = remark(plan, event) {
+                    let _ = inner.bars.println(text);
                 }
             }
             Mode::Plain => {
@@ -195,12 +196,32 @@ impl Listener for Console {
                 }
             }
             Mode::Quiet => {
-                if let Event::Failed { why, .. } = event {
-                    let _ = writeln!(std::io::stderr(), "FAILED {}: {why}", plan.label(event.node()));
+                if let Some(text) = remark(plan, event) {
+                    let _ = writeln!(std::io::stderr(), "{text}");
                 }
             }
         }
     }
+}
+
+/// What must be said in every mode.
+fn remark(plan: &Plan, event: &Event) -> Option<String> {
+    let label = plan.label(event.node());
+    match event {
+        Event::Failed { why, .. } => Some(format!("FAILED {label}: {why}")),
+        Event::Damaged { .. } => Some(format!("{label}: its stored result is damaged or gone, computing it again")),
+        _ => None,
+    }
+}
+
+/// Writes a line to standard output; whoever reads it may have gone.
+pub fn say(text: std::fmt::Arguments<'_>) {
+    let _ = writeln!(std::io::stdout(), "{text}");
+}
+
+/// Writes a line to standard error; whoever reads it may have gone.
+pub fn warn(text: std::fmt::Arguments<'_>) {
+    let _ = writeln!(std::io::stderr(), "{text}");
 }
 
 /// `4.2 s`, `3 min 12 s`, `2 h 5 min`.

@@ -11,6 +11,11 @@ pub enum Event {
         /// Which node.
         node: NodeId,
     },
+    /// The stored result is damaged or gone: it is computed again.
+    Damaged {
+        /// Which node.
+        node: NodeId,
+    },
     /// A worker began.
     Started {
         /// Which node.
@@ -58,6 +63,7 @@ impl Event {
     pub fn node(&self) -> NodeId {
         match *self {
             Event::Hit { node }
+            | Event::Damaged { node }
             | Event::Started { node }
             | Event::Progress { node, .. }
             | Event::Ran { node, .. }

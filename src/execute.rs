@@ -5,7 +5,7 @@ use crate::events::{Event, Listener};
 use crate::plan::{Input, NodeId, Plan};
 use crate::registry;
 use hvi_cache::Record;
-use hvi_kit::{Cancel, Ctx, Digest, Made, Recipe, Slot, StageError, Store};
+use hvi_kit::{Cancel, Ctx, Digest, Made, Recipe, Slot, StageDef, StageError, Store};
 use std::collections::{BTreeMap, BinaryHeap, HashMap};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Mutex, mpsc};
@@ -79,9 +79,23 @@ pub fn recipe(plan: &Plan, id: NodeId, output: &dyn Fn(NodeId) -> Option<Digest>
     })
 }
 
-/// The record of a key whose bytes are there and whole.
-pub fn known(store: &Store, key: Digest) -> Option<Record> {
-    store.lookup(key).filter(|record| store.holds(record.output))
+/// What the store has for a key.
+pub enum Stored {
+    /// A result, there and whole.
+    Whole(Record),
+    /// It had one whose bytes are damaged or gone.
+    Damaged(Digest),
+    /// Nothing.
+    Nothing,
+}
+
+/// Looks a node's result up; changes nothing.
+pub fn stored(store: &Store, key: Digest, stage: &StageDef) -> Stored {
+    match store.lookup(key).filter(|record| record.kind == stage.output) {
+        Some(record) if store.holds(record.output) => Stored::Whole(record),
+        Some(record) => Stored::Damaged(record.output),
+        None => Stored::Nothing,
+    }
 }
 
 /// Runs a plan: every node whose result isn't in the store, independent ones at once, those on the longest way first.
@@ -113,8 +127,11 @@ pub fn execute(plan: &Plan, store: &Store, options: &Options<'_>) -> Result<Repo
                     }
                 }
             });
-            spawned.expect("the system gives a thread for each worker");
+            if spawned.is_err() {
+                break; // fewer workers: the first always comes, or nothing runs on this machine
+            }
         }
+        drop(results);
         loop {
             run.advance(&jobs);
             if run.running.is_empty() {
@@ -212,9 +229,19 @@ impl<'a> Coordinator<'a> {
             let recipe = recipe(self.plan, id, &output).expect("every need has a result");
             let key = recipe.key();
             self.keys[id] = Some(key);
-            if let Some(record) = known(self.store, key) {
-                self.settle(id, Outcome::Hit(record));
-            } else if self.running.values().any(|k| *k == key) {
+            match stored(self.store, key, self.plan.nodes[id].stage) {
+                Stored::Whole(record) => {
+                    self.settle(id, Outcome::Hit(record));
+                    continue;
+                }
+                Stored::Damaged(output) => {
+                    // Reading it moves what is left of it aside.
+                    let _ = self.store.get(output);
+                    self.options.listener.on(self.plan, &Event::Damaged { node: id });
+                }
+                Stored::Nothing => {}
+            }
+            if self.running.values().any(|k| *k == key) {
                 self.same.entry(key).or_default().push(id);
             } else {
                 self.running.insert(id, key);

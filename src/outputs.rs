@@ -3,23 +3,30 @@
 //! Made from the store alone. A manifest keeps the digest of each file: when nothing changed nothing is written, and a
 //! file edited by hand is put back.
 use crate::execute::{Outcome, Report};
+use crate::mistake::Mistake;
 use crate::pipeline::Pipeline;
 use crate::plan::{NodeId, Plan};
 use crate::registry::PROGRAM;
 use crate::report::{self, Point, State, Step, Study};
 use crate::{figure, hdf5_table};
 use hvi_kit::view::{Cell, Scalar, Table, View};
-use hvi_kit::{Digest, Store};
+use hvi_kit::{Digest, Store, units};
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
 /// A step with more points than this gets one table, no folder a point.
 const MOST_FOLDERS: usize = 200;
 
-#[derive(Default, PartialEq, Serialize, Deserialize)]
+/// Longer names of points are cut, and told apart by their keys.
+const LONGEST_NAME: usize = 100;
+
+#[derive(Default, Serialize, Deserialize)]
 struct Manifest {
+    /// The pipeline whose results these are.
+    pipeline: PathBuf,
     /// Digest of everything that is shown.
     study: String,
     /// Digest of each file, by its path in the folder.
@@ -30,7 +37,7 @@ struct Manifest {
 
 const MANIFEST: &str = ".manifest.json";
 
-/// Keys of the nodes' results at the last run that wrote to `folder`, by label.
+/// Keys of the nodes' results at the last runs that wrote to `folder`, by label.
 pub fn last_keys(folder: &Path) -> BTreeMap<String, Digest> {
     manifest(folder).keys
 }
@@ -40,27 +47,54 @@ fn manifest(folder: &Path) -> Manifest {
     read.and_then(|bytes| serde_json::from_slice(&bytes).ok()).unwrap_or_default()
 }
 
-/// Writes the report and the files of a study to `folder`; returns the path of the report.
+/// Checks that `folder` doesn't hold the results of another pipeline of the same name.
+///
+/// # Errors
+/// [`Mistake`] where it does, and that pipeline is still there.
+pub fn claim(pipeline: &Pipeline, folder: &Path) -> Result<(), Mistake> {
+    let (owner, own) = (manifest(folder).pipeline, full(&pipeline.path));
+    if owner.as_os_str().is_empty() || owner == own || !owner.exists() {
+        return Ok(());
+    }
+    let title = format!("{} holds the results of {}", folder.display(), owner.display());
+    Err(Mistake::new(title).help("give one of the two another name, or another folder with --out"))
+}
+
+fn full(path: &Path) -> PathBuf {
+    path.canonicalize().unwrap_or_else(|_| path.to_path_buf())
+}
+
+/// What was written.
+pub struct Written {
+    /// Path of the report.
+    pub page: PathBuf,
+    /// Results that the store has but that can't be read, one sentence each.
+    pub unreadable: Vec<String>,
+}
+
+/// Writes the report and the files of a study to `folder`.
+///
+/// Files of steps that were not run whole (`--only`, a failure, Ctrl-C) stay as they were.
 ///
 /// # Errors
 /// Where a file can't be written.
-pub fn write(pipeline: &Pipeline, plan: &Plan, run: &Report, store: &Store, folder: &Path) -> io::Result<PathBuf> {
+pub fn write(pipeline: &Pipeline, plan: &Plan, run: &Report, store: &Store, folder: &Path) -> io::Result<Written> {
     let page = folder.join("report.html");
-    let old = manifest(folder);
-    let study = digest(plan, run);
+    let mut old = manifest(folder);
+    let study = digest(pipeline, plan, run);
     let whole =
         |(name, digest): (&String, &Digest)| fs::read(folder.join(name)).is_ok_and(|b| Digest::of(&b) == *digest);
     if old.study == study && !old.files.is_empty() && old.files.iter().all(whole) {
-        return Ok(page);
+        return Ok(Written { page, unreadable: Vec::new() });
     }
     let mut writer = Writer { folder, files: BTreeMap::new() };
-    let steps = plan.steps.iter().map(|step| {
-        let points: Vec<Point> = step.nodes.clone().map(|id| point(plan, run, store, id)).collect();
+    let (mut steps, mut unreadable) = (Vec::new(), Vec::new());
+    for step in &plan.steps {
+        let points: Vec<Point> = step.nodes.clone().map(|id| point(plan, run, store, id, &mut unreadable)).collect();
         writer.step(&step.name, &points)?;
         let (name, stage, summary) = (step.name.clone(), step.stage.name.into(), step.stage.summary.into());
-        Ok(Step { name, stage, summary, needs: step.needs.clone(), points })
-    });
-    let steps = steps.collect::<io::Result<Vec<_>>>()?;
+        steps.push(Step { name, stage, summary, needs: step.needs.clone(), points });
+    }
     let study_page = Study {
         name: pipeline.name.clone(),
         question: pipeline.question.clone(),
@@ -69,18 +103,51 @@ pub fn write(pipeline: &Pipeline, plan: &Plan, run: &Report, store: &Store, fold
         command: format!("hvi-flow run {}", pipeline.path.display()),
     };
     writer.file("report.html", report::render(&study_page).as_bytes())?;
-    let gone = old.files.keys().filter(|name| !writer.files.contains_key(*name));
-    gone.for_each(|name| drop(fs::remove_file(folder.join(name))));
-    let keys = (0..plan.nodes.len()).filter(|&id| run.outcomes[id].record().is_some());
-    let keys = keys.filter_map(|id| Some((plan.label(id), run.keys[id]?))).collect();
-    let manifest = Manifest { study, files: writer.files, keys };
-    fs::write(folder.join(MANIFEST), serde_json::to_vec(&manifest)?)?;
-    Ok(page)
+    for (name, digest) in std::mem::take(&mut old.files) {
+        if let Entry::Vacant(entry) = writer.files.entry(name) {
+            if stays(entry.key(), pipeline, plan, run) {
+                entry.insert(digest);
+            } else {
+                let _ = fs::remove_file(folder.join(entry.key()));
+            }
+        }
+    }
+    let mut keys = old.keys;
+    let known = (0..plan.nodes.len()).filter(|&id| run.outcomes[id].record().is_some());
+    keys.extend(known.filter_map(|id| Some((plan.label(id), run.keys[id]?))));
+    let manifest = Manifest { pipeline: full(&pipeline.path), study, files: writer.files, keys };
+    publish(&folder.join(MANIFEST), &serde_json::to_vec(&manifest)?)?;
+    Ok(Written { page, unreadable })
+}
+
+/// Whether an older file belongs to a step of the pipeline that this run didn't bring to its end.
+fn stays(name: &str, pipeline: &Pipeline, plan: &Plan, run: &Report) -> bool {
+    let owner = name.split('/').next().unwrap_or(name);
+    let owner = owner.strip_suffix(".csv").or(owner.strip_suffix(".h5")).unwrap_or(owner);
+    match plan.steps.iter().find(|s| s.name == owner) {
+        Some(step) => step.nodes.clone().any(|id| run.outcomes[id].record().is_none()),
+        None => pipeline.steps.iter().any(|s| s.name == owner),
+    }
+}
+
+/// Writes beside the file, then renames: a reader sees all of it or none.
+fn publish(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let beside = beside(path)?;
+    fs::write(&beside, bytes).and_then(|()| fs::rename(&beside, path)).inspect_err(|_| drop(fs::remove_file(&beside)))
+}
+
+/// A name beside `path` that no other process uses, in a folder that is there.
+fn beside(path: &Path) -> io::Result<PathBuf> {
+    let folder = path.parent().unwrap_or(Path::new("."));
+    fs::create_dir_all(folder)?;
+    let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+    Ok(folder.join(format!(".{}.{name:.60}", std::process::id())))
 }
 
 /// Digest of what the page shows of the results, but for which of them were hits.
-fn digest(plan: &Plan, run: &Report) -> String {
-    let mut text = PROGRAM.to_string();
+fn digest(pipeline: &Pipeline, plan: &Plan, run: &Report) -> String {
+    let mut text = format!("{PROGRAM}\n{}\n{}", pipeline.path.display(), pipeline.question);
+    pipeline.steps.iter().for_each(|step| text += &format!("\n{}", step.name));
     for (id, outcome) in run.outcomes.iter().enumerate() {
         let what = match outcome {
             Outcome::Hit(r) | Outcome::Ran(r) => r.output.to_string(),
@@ -92,7 +159,7 @@ fn digest(plan: &Plan, run: &Report) -> String {
     Digest::of(text.as_bytes()).to_string()
 }
 
-fn point(plan: &Plan, run: &Report, store: &Store, id: NodeId) -> Point {
+fn point(plan: &Plan, run: &Report, store: &Store, id: NodeId, unreadable: &mut Vec<String>) -> Point {
     let node = &plan.nodes[id];
     let (mut scalars, mut views, mut seconds) = (Vec::new(), Vec::new(), 0.0);
     let mut state = match &run.outcomes[id] {
@@ -106,7 +173,10 @@ fn point(plan: &Plan, run: &Report, store: &Store, id: NodeId) -> Point {
         seconds = record.wall_s;
         match (node.stage.show)(record.output, store) {
             Ok(shown) => (scalars, views) = (shown.scalars, shown.views),
-            Err(e) => state = State::Failed(e.to_string()),
+            Err(e) => {
+                unreadable.push(format!("{}: its result can't be read: {e}", plan.label(id)));
+                state = State::Failed(e.to_string());
+            }
         }
     }
     let mut params = Vec::new();
@@ -135,20 +205,19 @@ struct Writer<'a> {
 
 impl Writer<'_> {
     fn file(&mut self, name: &str, bytes: &[u8]) -> io::Result<()> {
-        let path = self.folder.join(name);
-        if let Some(parent) = path.parent() {
-            fs::create_dir_all(parent)?;
-        }
-        fs::write(&path, bytes)?;
+        publish(&self.folder.join(name), bytes)?;
         self.files.insert(name.into(), Digest::of(bytes));
         Ok(())
     }
 
     fn hdf5(&mut self, name: &str, table: &Table) -> io::Result<()> {
         let path = self.folder.join(name);
-        hdf5_table::write(table, &path).map_err(|e| io::Error::other(format!("{}: {e}", path.display())))?;
-        self.files.insert(name.into(), Digest::of(&fs::read(path)?));
-        Ok(())
+        let beside = beside(&path)?;
+        let written =
+            hdf5_table::write(table, &beside).map_err(|e| io::Error::other(format!("{}: {e}", path.display())));
+        let bytes = written.and_then(|()| fs::read(&beside));
+        let _ = fs::remove_file(&beside);
+        self.file(name, &bytes?)
     }
 
     fn step(&mut self, step: &str, points: &[Point]) -> io::Result<()> {
@@ -159,19 +228,31 @@ impl Writer<'_> {
         if points.len() > MOST_FOLDERS {
             return Ok(());
         }
+        let mut taken: BTreeSet<String> = BTreeSet::new();
         for point in points {
-            let place =
-                if point.label.is_empty() { step.to_string() } else { format!("{step}/{}", slug(&point.label)) };
-            for view in &point.views {
-                match view {
-                    View::Table(t) => {
-                        self.file(&format!("{place}/{}.csv", slug(&t.title)), figure::csv(t).as_bytes())?
-                    }
-                    View::Figure(f) => {
-                        self.file(&format!("{place}/{}.svg", slug(&f.title)), figure::svg(f).as_bytes())?
-                    }
-                    View::Picture(p) => self.file(&format!("{place}/{}.png", slug(&p.title)), &figure::png(p))?,
+            let mut place = step.to_string();
+            if !point.label.is_empty() {
+                let mut name = slug(&point.label);
+                if name.len() > LONGEST_NAME || taken.contains(&name) {
+                    let digits = point.key.get(..8).unwrap_or("no-key");
+                    name = format!("{}-{digits}", name.chars().take(LONGEST_NAME).collect::<String>());
                 }
+                place = format!("{step}/{name}");
+                taken.insert(name);
+            }
+            for view in &point.views {
+                let (title, extension, bytes) = match view {
+                    View::Table(t) => (&t.title, "csv", figure::csv(t).into_bytes()),
+                    View::Figure(f) => (&f.title, "svg", figure::svg(f).into_bytes()),
+                    View::Picture(p) => (&p.title, "png", figure::png(p)),
+                };
+                let mut name = format!("{place}/{}.{extension}", slug(title));
+                let mut copy = 2;
+                while self.files.contains_key(&name) {
+                    name = format!("{place}/{}-{copy}.{extension}", slug(title));
+                    copy += 1;
+                }
+                self.file(&name, &bytes)?;
             }
         }
         Ok(())
@@ -180,27 +261,47 @@ impl Writer<'_> {
 
 /// A row a point: what the sweep sets, and the scalars of the results.
 fn compare(step: &str, points: &[Point]) -> Option<Table> {
-    let keys: Vec<&String> = points.first()?.swept.iter().map(|(k, _)| k).collect();
+    let mut keys: Vec<&String> = Vec::new();
+    for (key, _) in points.iter().flat_map(|p| &p.swept) {
+        if !keys.contains(&key) {
+            keys.push(key);
+        }
+    }
     let named = points.iter().find(|p| !p.scalars.is_empty())?;
-    let mut columns: Vec<(String, String)> = keys.iter().map(|k| (k.to_string(), String::new())).collect();
+    let swept: Vec<(String, Vec<Cell>)> = keys.iter().map(|key| swept_column(key, points)).collect();
+    let mut columns: Vec<(String, String)> =
+        keys.iter().zip(&swept).map(|(k, (unit, _))| (k.to_string(), unit.clone())).collect();
     columns.extend(named.scalars.iter().map(|s| (s.name.clone(), s.unit.clone())));
-    let row = |p: &Point| {
-        let swept = keys
-            .iter()
-            .map(|k| p.swept.iter().find(|(name, _)| name == *k).map_or(Cell::Empty, |(_, v)| v.clone().into()));
+    let row = |(i, p): (usize, &Point)| {
         let value =
             |s: &Scalar| p.scalars.iter().find(|own| own.name == s.name).map_or(Cell::Empty, |own| own.value.clone());
-        swept.chain(named.scalars.iter().map(value)).collect()
+        swept.iter().map(|(_, cells)| cells[i].clone()).chain(named.scalars.iter().map(value)).collect()
     };
-    Some(Table { title: step.into(), columns, rows: points.iter().map(row).collect(), note: String::new() })
+    Some(Table { title: step.into(), columns, rows: points.iter().enumerate().map(row).collect(), note: String::new() })
 }
 
-/// A file name that any system takes: letters, digits, `.`, `-` and `_`.
+/// Unit and values of a swept key: numbers where all points give a number in the same unit, else the words.
+fn swept_column(key: &str, points: &[Point]) -> (String, Vec<Cell>) {
+    let text = |p: &Point| p.swept.iter().find(|(name, _)| name == key).map(|(_, v)| v.clone());
+    let texts: Vec<Option<String>> = points.iter().map(text).collect();
+    let parts: Option<Vec<(f64, &str)>> = texts
+        .iter()
+        .map(|t| t.as_deref().and_then(units::split).and_then(|(number, unit)| Some((number.parse().ok()?, unit))))
+        .collect();
+    match parts {
+        Some(parts) if parts.iter().all(|(_, unit)| *unit == parts[0].1) => {
+            (parts[0].1.to_string(), parts.iter().map(|(x, _)| Cell::Number(*x)).collect())
+        }
+        _ => (String::new(), texts.into_iter().map(|t| t.map_or(Cell::Empty, Cell::Text)).collect()),
+    }
+}
+
+/// A file name that any system takes: letters, digits, `.`, `=`, `+`, `-` and `_`; the rest becomes `-`.
 fn slug(text: &str) -> String {
-    let plain = |c: char| if c.is_ascii_alphanumeric() || matches!(c, '.' | '=' | '_') { c } else { '-' };
-    let slug: String = text.replace('µ', "u").chars().map(plain).collect();
-    let parts: Vec<&str> = slug.split('-').filter(|p| !p.is_empty()).collect();
+    let plain = |c: char| if c.is_ascii_alphanumeric() || matches!(c, '.' | '=' | '_' | '+') { c } else { '-' };
+    let named: String = text.replace('µ', "u").chars().map(plain).collect();
+    let parts: Vec<&str> = named.split('-').filter(|p| !p.is_empty()).collect();
     let joined = parts.join("-");
-    let trimmed = joined.trim_start_matches('.');
-    if trimmed.is_empty() { "result".into() } else { trimmed.chars().take(120).collect() }
+    let joined = joined.trim_start_matches('.');
+    if joined.is_empty() { "result".into() } else { joined.into() }
 }

@@ -62,6 +62,10 @@ pub fn read(path: &Path, settings: &[String]) -> Result<Pipeline, Mistake> {
         return Err(Mistake::new(format!("{} has no [step.NAME]: there is nothing to run", path.display())));
     }
     let name = path.file_stem().map_or_else(|| "study".into(), |s| s.to_string_lossy().into_owned());
+    if name.starts_with('.') {
+        let title = format!("{} gives the study the name `{name}`, which is no name for a folder", path.display());
+        return Err(Mistake::new(title).help("call the file something that doesn't begin with a dot"));
+    }
     Ok(Pipeline { path: path.into(), name, question: raw.question, steps, settings: raw.settings })
 }
 
@@ -101,8 +105,9 @@ impl Raw {
                     }
                 }
                 "material" => {
-                    let table = value.table("[material.NAME]")?.0.clone();
-                    self.materials.extend(table);
+                    for (key, value) in value.table("[material.NAME]")?.0.iter().cloned() {
+                        self.add_material(key, value)?;
+                    }
                 }
                 "run" => self.run(value.table("[run]")?)?,
                 other => {
@@ -140,6 +145,16 @@ impl Raw {
         Ok(())
     }
 
+    fn add_material(&mut self, key: Key, value: Value) -> Result<(), Mistake> {
+        if self.materials.iter().any(|(k, _)| k.text == key.text) {
+            let title = format!("material `{}` is there already", key.text);
+            return Err(Mistake::new(title).at(&key.at, "the second one"));
+        }
+        value.table("a table: [material.NAME]")?;
+        self.materials.push((key, value));
+        Ok(())
+    }
+
     fn run(&mut self, table: &Table) -> Result<(), Mistake> {
         for (key, value) in &table.0 {
             match (key.text.as_str(), &value.node) {
@@ -169,14 +184,27 @@ impl Raw {
         let Some(raw) = self.steps.iter_mut().find(|s| s.key.text == step) else {
             return Err(wrong(format!("there is no step `{step}`")).nearest(step, names.iter().map(String::as_str)));
         };
-        let key = Key { text: key.into(), at: value.at.clone() };
-        let swept = raw.table.get("sweep").and_then(|v| v.table("").ok().cloned()).unwrap_or_default();
-        if swept.get(&key.text).is_some() {
-            return Err(
-                wrong(format!("`{}` is swept", key.text)).help(format!("set {step}.sweep.{}=[...] instead", key.text))
-            );
+        if key.split('.').count() > DEEPEST {
+            return Err(wrong("its key has too many parts".into()));
         }
-        raw.table.set(&key, value)
+        let key = |text: &str| Key { text: text.into(), at: value.at.clone() };
+        for axes in ["sweep", "zip"] {
+            // The keys of an axis are literal: `sweep.projectile.diameter` is the key `projectile.diameter` of `sweep`.
+            if let Some(inner) = path_below(setting, step, axes)
+                && let Some(Value { node: Node::Table(table), .. }) = raw.table.get_mut(axes)
+            {
+                table.replace(key(inner), value.clone());
+                return Ok(());
+            }
+        }
+        if let Some(axes) = swept_in(&raw.table, path_key(setting)) {
+            let mistake = wrong(format!("`{}` is set by `{axes}`", path_key(setting)));
+            return Err(match axes {
+                "points" => mistake.help(format!("set {step}.points=[...] instead")),
+                _ => mistake.help(format!("set {step}.{axes}.{}=[...] instead", path_key(setting))),
+            });
+        }
+        raw.table.set(&key(path_key(setting)), value.clone())
     }
 
     fn step(&self, mut raw: RawStep) -> Result<Step, Mistake> {
@@ -236,6 +264,35 @@ impl Raw {
         }
         table
     }
+}
+
+/// `KEY` of `STEP.KEY=VALUE`.
+fn path_key(setting: &str) -> &str {
+    let path = setting.split('=').next().unwrap_or(setting).trim();
+    path.split_once('.').map_or("", |(_, key)| key)
+}
+
+/// `INNER` of `STEP.AXES.INNER=VALUE`.
+fn path_below<'a>(setting: &'a str, step: &str, axes: &str) -> Option<&'a str> {
+    setting
+        .trim_start()
+        .strip_prefix(step)?
+        .strip_prefix('.')?
+        .strip_prefix(axes)?
+        .strip_prefix('.')?
+        .split('=')
+        .next()
+        .map(str::trim)
+}
+
+/// Which of `sweep`, `zip` and `points` sets `key`, if one does.
+fn swept_in(step: &Table, key: &str) -> Option<&'static str> {
+    let has = |v: &Value| matches!(&v.node, Node::Table(t) if t.get(key).is_some());
+    ["sweep", "zip", "points"].into_iter().find(|axes| match step.get(axes) {
+        Some(Value { node: Node::List(points), .. }) => points.iter().any(has),
+        Some(value) => has(value),
+        None => false,
+    })
 }
 
 fn stage_names() -> Vec<&'static str> {

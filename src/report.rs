@@ -168,7 +168,7 @@ fn totals(study: &Study) -> Vec<(String, &'static str, &'static str)> {
             all.push((n.to_string(), word, class));
         }
     }
-    all.push((parts::time(study.seconds), "this run", ""));
+    all.push((parts::time(study.seconds), "that run", ""));
     let work: f64 = study.steps.iter().flat_map(|s| &s.points).map(|p| p.seconds).sum();
     all.push((parts::time(work), "computing, all told", ""));
     all

@@ -60,6 +60,10 @@ fn product(points: &[Point], axis: &[Point], at: &At) -> Result<Vec<Point>, Mist
         let title = format!("the sweep has {many} points or more; {MOST} are allowed");
         return Err(Mistake::new(title).at(at, "with this axis"));
     }
+    let set_before = |key: &Key| points.iter().flatten().any(|(k, _)| k.text == key.text);
+    if let Some((key, _)) = axis.iter().flatten().find(|(k, _)| set_before(k)) {
+        return Err(Mistake::new(format!("`{}` is swept twice", key.text)).at(&key.at, "the second time"));
+    }
     let both = |p: &Point, more: &Point| p.iter().chain(more).cloned().collect();
     Ok(points.iter().flat_map(|p| axis.iter().map(move |more| both(p, more))).collect())
 }
@@ -152,6 +156,7 @@ mod tests {
             ("sweep = { a = [] }", "one value or more"),
             ("sweep = { a = 3 }", "expected a list"),
             ("zip = { a = [1], b = [1, 2] }", "differ in length"),
+            ("sweep = { a = [1] }\npoints = [{ b = 1 }, { a = 2 }]", "`a` is swept twice"),
             ("sweep = { a = \"1 .. 8 in 1000\", b = \"1 .. 8 in 1000000\" }", "1000000000 points"),
         ] {
             assert!(labels(text).unwrap_err().contains(part), "{text}");

@@ -42,6 +42,17 @@ impl Table {
     pub fn get(&self, key: &str) -> Option<&Value> {
         self.0.iter().find(|(k, _)| k.text == key).map(|(_, v)| v)
     }
+    /// The value at `key`, to change it.
+    pub fn get_mut(&mut self, key: &str) -> Option<&mut Value> {
+        self.0.iter_mut().find(|(k, _)| k.text == key).map(|(_, v)| v)
+    }
+    /// Puts `value` at the literal key, in place of what was there.
+    pub fn replace(&mut self, key: Key, value: Value) {
+        match self.get_mut(&key.text) {
+            Some(old) => *old = value,
+            None => self.0.push((key, value)),
+        }
+    }
     /// Takes the entry at `key` out.
     pub fn take(&mut self, key: &str) -> Option<(Key, Value)> {
         let i = self.0.iter().position(|(k, _)| k.text == key)?;

@@ -5,7 +5,8 @@
 use crate::{Digest, Recipe};
 use serde::{Deserialize, Serialize};
 use std::{
-    fs, io,
+    fs,
+    io::{self, Write},
     path::{Path, PathBuf},
     sync::atomic::{AtomicU64, Ordering},
 };
@@ -25,6 +26,11 @@ pub enum StoreError {
 }
 
 const FORMAT: &str = "hvi-store/1";
+
+/// Ties a record to its key: one that was damaged, or moved to another key's place, doesn't fit its seal.
+fn seal_of(key: Digest, json: &str) -> String {
+    Digest::of(format!("{key}\n{json}").as_bytes()).to_string()
+}
 
 /// What came of a recipe.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -70,30 +76,40 @@ impl Store {
         Ok(store)
     }
 
-    /// The store's folder.
-    pub fn root(&self) -> &Path {
-        &self.root
-    }
-
     fn path(&self, shelf: &str, d: Digest) -> PathBuf {
         let hex = d.to_string();
         self.root.join(shelf).join(&hex[..2]).join(&hex[2..])
     }
 
+    /// Writes to a file of its own in `tmp/`, then renames.
     fn publish(&self, to: &Path, bytes: &[u8]) -> Result<(), StoreError> {
         let at = |path: &Path| {
             let path = path.to_path_buf();
             move |source| StoreError::Io { path, source }
         };
-        let folder = to.parent().expect("a file in the store has a folder");
-        fs::create_dir_all(folder).map_err(at(folder))?;
-        let serial = self.serial.fetch_add(1, Ordering::Relaxed);
-        let tmp = self.root.join("tmp").join(format!("{}-{serial}", std::process::id()));
-        let written = fs::write(&tmp, bytes).map_err(at(&tmp)).and_then(|()| fs::rename(&tmp, to).map_err(at(to)));
+        let shelf = self.root.join("tmp");
+        for folder in [to.parent().expect("a file in the store has a folder"), &shelf] {
+            fs::create_dir_all(folder).map_err(at(folder))?;
+        }
+        let (tmp, mut file) = self.new_file(&shelf).map_err(at(&shelf))?;
+        let written = file.write_all(bytes).map_err(at(&tmp)).and_then(|()| fs::rename(&tmp, to).map_err(at(to)));
         if written.is_err() {
             let _ = fs::remove_file(&tmp);
         }
         written
+    }
+
+    /// A file that no other process has, also where process numbers repeat (two hosts, two containers).
+    fn new_file(&self, shelf: &Path) -> io::Result<(PathBuf, fs::File)> {
+        loop {
+            let serial = self.serial.fetch_add(1, Ordering::Relaxed);
+            let path = shelf.join(format!("{}-{serial}", std::process::id()));
+            match fs::OpenOptions::new().write(true).create_new(true).open(&path) {
+                Ok(file) => return Ok((path, file)),
+                Err(e) if e.kind() == io::ErrorKind::AlreadyExists => {}
+                Err(e) => return Err(e),
+            }
+        }
     }
 
     /// Stores `bytes` under their digest.
@@ -103,7 +119,7 @@ impl Store {
     pub fn put(&self, bytes: &[u8]) -> Result<Digest, StoreError> {
         let d = Digest::of(bytes);
         let path = self.path("objects", d);
-        if fs::metadata(&path).map_or(true, |m| m.len() != bytes.len() as u64) {
+        if fs::read(&path).map_or(true, |found| found != bytes) {
             self.publish(&path, bytes)?;
         }
         Ok(d)
@@ -131,20 +147,19 @@ impl Store {
         }
     }
 
-    /// What came of `key`, if it is known. A record that can't be read is moved aside and counts as unknown.
+    /// What came of `key`, if it is known. A record that isn't whole, or belongs to another key, counts as unknown.
     pub fn lookup(&self, key: Digest) -> Option<Record> {
-        let path = self.path("results", key);
-        let bytes = fs::read(&path).ok()?;
-        let record = serde_json::from_slice(&bytes).ok();
-        if record.is_none() {
-            self.set_aside(&path, key);
+        let text = fs::read_to_string(self.path("results", key)).ok()?;
+        let (seal, json) = text.split_once('\n')?;
+        if seal != seal_of(key, json) {
+            return None;
         }
-        record
+        serde_json::from_str(json).ok()
     }
 
-    /// Whether the object with digest `d` is there and whole.
+    /// Whether the object with digest `d` is there and whole; changes nothing.
     pub fn holds(&self, d: Digest) -> bool {
-        self.get(d).is_ok()
+        fs::read(self.path("objects", d)).is_ok_and(|bytes| Digest::of(&bytes) == d)
     }
 
     /// Publishes what came of `recipe`.
@@ -152,14 +167,16 @@ impl Store {
     /// # Errors
     /// [`StoreError::Io`] where it can't be written.
     pub fn record(&self, recipe: &Recipe, record: &Record) -> Result<(), StoreError> {
-        let json = |value: Result<Vec<u8>, serde_json::Error>| value.expect("recipes and records are plain data");
         let key = recipe.key();
-        self.publish(&self.path("recipes", key), &json(serde_json::to_vec(recipe)))?;
-        self.publish(&self.path("results", key), &json(serde_json::to_vec(record)))
+        let asked = serde_json::to_vec(recipe).expect("recipes are plain data");
+        let came = serde_json::to_string(record).expect("records are plain data");
+        self.publish(&self.path("recipes", key), &asked)?;
+        self.publish(&self.path("results", key), format!("{}\n{came}", seal_of(key, &came)).as_bytes())
     }
 
     /// The recipe behind `key`, if it is known.
     pub fn recipe(&self, key: Digest) -> Option<Recipe> {
-        serde_json::from_slice(&fs::read(self.path("recipes", key)).ok()?).ok()
+        let recipe: Recipe = serde_json::from_slice(&fs::read(self.path("recipes", key)).ok()?).ok()?;
+        (recipe.key() == key).then_some(recipe)
     }
 }

@@ -51,3 +51,25 @@ fn settings_that_fit_nothing_are_named() {
     }
     assert_eq!(project.hvi(&["run", "study.toml", "--set", "a.set=aluminium-paper"]).code, 0);
 }
+
+#[test]
+fn settings_reach_into_sweeps_and_never_vanish() {
+    let project = Project::new("[step.a]\nuse = \"eos.handbook\"\nzip = { set = [\"copper-royce\"] }\n");
+    let said = project.hvi(&["run", "study.toml", "--set", "a.set=aluminium-paper"]);
+    assert_eq!(said.code, 2);
+    assert!(said.err.contains("`set` is set by `zip`") && said.err.contains("a.zip.set=[...]"), "{}", said.err);
+    let said = project.hvi(&["run", "study.toml", "--set", "a.zip.set=[\"aluminium-paper\", \"copper-royce\"]"]);
+    assert!(said.err.contains("2 computed"), "{}", said.err);
+}
+
+#[test]
+fn names_that_leave_the_output_folder_are_refused() {
+    let project = Project::new("");
+    for name in ["...toml", "..toml"] {
+        project.write(name, "[step.a]\nuse = \"eos.handbook\"\nset = \"copper-royce\"\n");
+        let said = project.hvi(&["run", name]);
+        assert_eq!(said.code, 2, "{name}: {}", said.err);
+    }
+    project.write("study.toml", "[step.\"../x\"]\nuse = \"eos.handbook\"\nset = \"copper-royce\"\n");
+    assert_eq!(project.run().code, 2);
+}

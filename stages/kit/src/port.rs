@@ -8,8 +8,6 @@ use std::collections::BTreeMap;
 pub enum Arity {
     /// Exactly one: `"@copper"`.
     One,
-    /// One or none.
-    Optional,
     /// One or more, such as all points of a sweep, in its order: `"@states[*]"`.
     Many,
     /// As [`Arity::Many`], or none.
@@ -70,13 +68,6 @@ impl<A: Artifact> Plug for A {
     const ARITY: Arity = Arity::One;
     fn load(name: &str, slots: &BTreeMap<String, Slot>, store: &Store) -> Result<A, LoadError> {
         load(store, one(slots, name).expect("the plan checked that the port is filled"))
-    }
-}
-impl<A: Artifact> Plug for Option<A> {
-    const KIND: &'static str = A::KIND;
-    const ARITY: Arity = Arity::Optional;
-    fn load(name: &str, slots: &BTreeMap<String, Slot>, store: &Store) -> Result<Self, LoadError> {
-        one(slots, name).map(|d| load(store, d)).transpose()
     }
 }
 impl<A: Artifact> Plug for Vec<A> {

@@ -129,14 +129,14 @@ pub fn si(text: &str, dimension: Dimension) -> Result<f64, String> {
         return Err(format!("`{symbol}` measures {found:?}, but {dimension:?} is wanted here: one of {}", accepted()));
     }
     let (mantissa, own) = number.split_once(['e', 'E']).unwrap_or((number, "0"));
-    let power = own.parse::<i32>().map_err(|e| format!("`{text}`: {e}"))? + exponent;
+    let power = own.parse::<i32>().map_err(|e| format!("`{text}`: {e}"))?.saturating_add(exponent);
     let value = format!("{mantissa}e{power}").parse::<f64>().map_err(|e| format!("`{text}`: {e}"))? * factor;
     if value.is_finite() { Ok(value) } else { Err(format!("`{text}` is not finite")) }
 }
 
 /// What `symbol` measures, if it is a unit.
 pub fn dimension(symbol: &str) -> Option<Dimension> {
-    UNITS.iter().find(|u| u.0 == symbol).map(|u| u.1)
+    UNITS.iter().find(|u| u.0 == symbol.replace('µ', "u")).map(|u| u.1)
 }
 
 macro_rules! quantities { ($($(#[$doc:meta])* $name:ident),* $(,)?) => { $(
@@ -224,5 +224,6 @@ mod tests {
         assert!(message("6.7 parsec").contains("unknown unit `parsec`"));
         assert!(message("fast").contains("not a number with a unit"));
         assert!(message("1e400 m/s").contains("not finite"));
+        assert!(message("1e2147483647 km/s").contains("not finite"));
     }
 }
