@@ -38,7 +38,7 @@ pub fn block_mean(x: &[f64]) -> (f64, f64) {
         let blocks: Vec<f64> = x.chunks_exact(length).map(|b| b.iter().sum::<f64>() / length as f64).collect();
         let n = blocks.len() as f64;
         let centre = blocks.iter().sum::<f64>() / n;
-        let variance = blocks.iter().map(|b| (b - centre).powi(2)).sum::<f64>() / (n - 1.0);
+        let variance = blocks.iter().map(|b| (b - centre) * (b - centre)).sum::<f64>() / (n - 1.0);
         worst = worst.max((variance / n).sqrt());
         length *= 2;
     }

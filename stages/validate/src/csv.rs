@@ -82,6 +82,18 @@ impl<'a> Csv<'a> {
         };
         self.rows.iter().map(number).collect()
     }
+
+    /// `points`, made from the rows, if there are any; `expected` says what each row should have held.
+    ///
+    /// # Errors
+    /// [`CsvError`] where `points` is empty.
+    pub fn any<T>(&self, points: Vec<T>, expected: &str) -> Result<Vec<T>, CsvError> {
+        if points.is_empty() {
+            let why = format!("no data points below the column names; expected rows with {expected}");
+            return Err(CsvError { file: self.file, line: self.header, why });
+        }
+        Ok(points)
+    }
 }
 
 #[cfg(test)]

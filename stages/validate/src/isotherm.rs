@@ -1,9 +1,9 @@
 //! Stage `validate.isotherm`: the room-temperature isotherm against diamond-anvil experiments.
-use crate::score::{Compared, Score, Validation};
+use crate::score::{ALL, Compared, Score, Validation, judged};
 use crate::states::{Isochores, between};
 use crate::{Csv, CsvError};
 use hvi_eos::EosResult;
-use hvi_kit::{Ctx, File, Stage, StageError, inputs};
+use hvi_kit::{Any, Ctx, File, Stage, StageError, inputs};
 use hvi_md::State;
 use serde::{Deserialize, Serialize};
 
@@ -18,7 +18,7 @@ inputs! {
         /// The equation of state.
         eos: EosResult,
         /// The states of molecular dynamics; without them only the equation of state is judged.
-        states: Vec<State>,
+        states: Any<State>,
         /// Diamond-anvil points: columns `P_revised` [GPa] and `V_over_V0`.
         data: File,
     }
@@ -45,15 +45,15 @@ impl Stage for Isotherm {
 /// Compares; see [`Isotherm`].
 ///
 /// # Errors
-/// [`StageError::Physics`] where the data file is malformed, or the states have no zero-pressure solid.
+/// [`StageError::Physics`] where the data file is malformed or has no points to score, or the states have no zero-pressure solid.
 pub fn validate(inputs: &Inputs) -> Result<Validation, StageError> {
     let eos = &inputs.eos.eos;
     let (v0, t0) = (eos.reference_volume(), eos.reference_temperature());
     let model = |ratio: f64| Some(eos.pressure_at(ratio * v0, t0));
-    let (states, volumes) = if inputs.states.is_empty() {
+    let (states, volumes) = if inputs.states.0.is_empty() {
         (Vec::new(), (v0, v0, 0.0))
     } else {
-        let isochores = Isochores::new(&inputs.states, t0).map_err(StageError::physics)?;
+        let isochores = Isochores::new(&inputs.states.0, t0).map_err(StageError::physics)?;
         (isochores.isotherm(t0), (v0, isochores.reference.volume, isochores.reference.volume_error))
     };
     let measured = anvil(inputs.data.text().map_err(StageError::physics)?).map_err(StageError::physics)?;
@@ -67,9 +67,10 @@ pub fn validate(inputs: &Inputs) -> Result<Validation, StageError> {
     let points: Vec<Compared> = measured.iter().map(compare).collect();
     let up_to = points.iter().map(|p| p.measured).fold(0.0, f64::max);
     let scores = vec![
-        Score::of("all data", "equation of state", &points, None, up_to, |p| p.model),
-        Score::of("all data", "states", &points, None, up_to, |p| p.states),
+        Score::of(ALL, "equation of state", &points, None, up_to, |p| p.model),
+        Score::of(ALL, "states", &points, None, up_to, |p| p.states),
     ];
+    judged(&scores, up_to).map_err(StageError::physics)?;
     let line = (0..=400)
         .map(|i| 1.0 - 0.001 * f64::from(i))
         .filter_map(|ratio| Some((ratio, model(ratio)?)))
@@ -102,5 +103,6 @@ fn notes() -> Vec<String> {
 fn anvil(text: &str) -> Result<Vec<(f64, f64)>, CsvError> {
     let csv = Csv::read("data", text)?;
     let (ratio, pressure) = (csv.numbers("V_over_V0")?, csv.numbers("P_revised")?);
-    Ok(ratio.into_iter().zip(pressure.iter().map(|p| p * 1e9)).collect())
+    let points = ratio.into_iter().zip(pressure.iter().map(|p| p * 1e9)).collect();
+    csv.any(points, "V_over_V0 and P_revised [GPa]")
 }

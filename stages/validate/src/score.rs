@@ -77,6 +77,8 @@ pub struct Validation {
     pub notes: Vec<String>,
 }
 
+/// Name of the score of all sets together.
+pub(crate) const ALL: &str = "all data";
 /// Relative deviations count from this measured pressure up [Pa]: below, a percent is less than the error of measurement.
 const LEAST: f64 = 5e9;
 
@@ -120,6 +122,21 @@ impl Score {
         score.rms = (score.rms / n).sqrt();
         score
     }
+}
+
+/// Refuses scores without a single point, which would judge nothing; `up_to` [Pa] is the highest pressure compared.
+///
+/// # Errors
+/// What was expected, where no point of any set lies in any range that is scored.
+pub(crate) fn judged(scores: &[Score], up_to: f64) -> Result<(), String> {
+    if scores.iter().any(|s| s.points > 0) {
+        return Ok(());
+    }
+    Err(format!(
+        "no data points to score: expected pressures from {} to {} GPa at compressions within the model's range",
+        LEAST / 1e9,
+        up_to / 1e9
+    ))
 }
 
 impl Validation {
@@ -229,10 +246,18 @@ impl Artifact for Validation {
 
     fn scalars(&self) -> Vec<Scalar> {
         let mut scalars = vec![Scalar::text("curve", self.curve.as_str())];
-        for s in self.scores.iter().filter(|s| s.points > 0 && s.set == "all data") {
-            let name = |what: &str| format!("{what} of the {} to {:.0} GPa", s.of, s.up_to / 1e9);
-            scalars.push(Scalar::number(&name("rms deviation"), s.rms * 100.0, "%"));
-            scalars.push(Scalar::number(&name("largest deviation"), s.largest * 100.0, "%"));
+        let scored = || self.scores.iter().filter(|s| s.points > 0);
+        let name = |what: &str, s: &Score| format!("{what} of the {} to {:.0} GPa", s.of, s.up_to / 1e9);
+        for s in scored().filter(|s| s.set == ALL) {
+            scalars.push(Scalar::number(&name("mean deviation", s), s.mean * 100.0, "%"));
+            scalars.push(Scalar::number(&name("rms deviation", s), s.rms * 100.0, "%"));
+        }
+        // Apart, set by set: the largest of all is that of the one experiment furthest off.
+        let one = self.sets.len() == 1;
+        for s in scored().filter(|s| self.sets.contains(&s.set) || one && s.set == ALL) {
+            let set = if one { &self.sets[0] } else { &s.set };
+            let what = format!("{}, {set}", name("largest deviation", s));
+            scalars.push(Scalar::number(&what, s.largest * 100.0, "%"));
         }
         scalars
     }

@@ -1,7 +1,9 @@
 //! Copper of the handbook against the shipped data; states made from a known equation of state must give its own curves.
 use hvi_eos::handbook::Set;
 use hvi_eos::{Eos, EosResult, Gray, Phase};
-use hvi_kit::{Artifact, File};
+use hvi_kit::units::Pressure;
+use hvi_kit::view::Cell;
+use hvi_kit::{Any, Artifact, File};
 use hvi_md::State;
 use hvi_validate::{Score, Validation, hugoniot, isotherm};
 
@@ -53,8 +55,12 @@ fn states(set: Set) -> Vec<State> {
 }
 
 fn shock(set: Set, states: Vec<State>) -> Validation {
-    let inputs =
-        hugoniot::Inputs { eos: result(set), states, marsh: File(MARSH.into()), database: File(DATABASE.into()) };
+    let inputs = hugoniot::Inputs {
+        eos: result(set),
+        states: Any(states),
+        marsh: File(MARSH.into()),
+        database: File(DATABASE.into()),
+    };
     hugoniot::validate(&hugoniot::Params::default(), &inputs).unwrap()
 }
 
@@ -118,7 +124,7 @@ fn states_give_the_hugoniot_they_came_from() {
 #[test]
 fn isotherm_against_the_anvil() {
     let set = Set::CopperRoyce;
-    let inputs = isotherm::Inputs { eos: result(set), states: states(set), data: File(ANVIL.into()) };
+    let inputs = isotherm::Inputs { eos: result(set), states: Any(states(set)), data: File(ANVIL.into()) };
     let v = isotherm::validate(&inputs).unwrap();
     assert_eq!(v.points.len(), 42);
     let (model, own) = (&v.scores[0], &v.scores[1]);
@@ -134,10 +140,59 @@ fn a_damaged_file_is_named() {
     let broken = MARSH.replace("8.920,4.314,0.210", "8.920,4.3x4,0.210");
     let inputs = hugoniot::Inputs {
         eos: result(Set::CopperRoyce),
-        states: Vec::new(),
+        states: Any(Vec::new()),
         marsh: File(broken.into()),
         database: File(DATABASE.into()),
     };
     let message = hugoniot::validate(&hugoniot::Params::default(), &inputs).unwrap_err().to_string();
     assert!(message.starts_with("marsh, line 10: `4.3x4` in column `Us`"), "{message}");
+}
+
+fn header_only(file: &str) -> File {
+    let rows = file.lines().filter(|l| l.starts_with('#') || l.is_empty());
+    let header = file.lines().find(|l| !l.starts_with('#') && !l.is_empty()).unwrap();
+    File(rows.chain([header]).collect::<Vec<_>>().join("\n").into())
+}
+
+/// Data without points judge nothing: an error that says what was expected, never a result without a score.
+#[test]
+fn data_without_points_are_refused() {
+    let shock = |marsh: File, database: File, up_to: f64| {
+        let inputs = hugoniot::Inputs { eos: result(Set::CopperRoyce), states: Any(Vec::new()), marsh, database };
+        let params = hugoniot::Params { up_to: Pressure::new(up_to) };
+        hugoniot::validate(&params, &inputs).unwrap_err().to_string()
+    };
+    let (marsh, database) = (File(MARSH.into()), File(DATABASE.into()));
+    let message = shock(header_only(MARSH), database.clone(), 4e11);
+    assert!(message.starts_with("marsh, line ") && message.contains("no data points"), "{message}");
+    assert!(message.contains("Us, up [km/s], P [GPa]"), "{message}");
+    let message = shock(marsh.clone(), header_only(DATABASE), 4e11);
+    assert!(message.starts_with("database, line ") && message.contains("no data points"), "{message}");
+    let message = shock(marsh, database, 5.001e9);
+    assert!(message.contains("no data points to score") && message.contains("from 5 to 5.001 GPa"), "{message}");
+    let inputs = isotherm::Inputs { eos: result(Set::CopperRoyce), states: Any(Vec::new()), data: header_only(ANVIL) };
+    let message = isotherm::validate(&inputs).unwrap_err().to_string();
+    assert!(message.contains("no data points") && message.contains("V_over_V0"), "{message}");
+}
+
+/// The scalars lead with mean and rms of all data; the largest deviation is each set's own, so that one experiment far off is
+/// seen as that. In the database one of 17 % and more is, in the compendium none.
+#[test]
+fn an_outlier_is_seen_as_one() {
+    let scalars = shock(Set::CopperRoyce, Vec::new()).scalars();
+    let names: Vec<&str> = scalars.iter().map(|s| s.name.as_str()).collect();
+    assert_eq!(
+        names[1..3],
+        ["mean deviation of the equation of state to 150 GPa", "rms deviation of the equation of state to 150 GPa"]
+    );
+    let largest = |set: &str| {
+        let of = |s: &&hvi_kit::view::Scalar| {
+            s.name.starts_with("largest") && s.name.contains("400 GPa, ") && s.name.contains(set)
+        };
+        match scalars.iter().find(of).unwrap().value {
+            Cell::Number(x) => x.abs(),
+            _ => unreachable!(),
+        }
+    };
+    assert!(largest("Marsh") < 0.9 * largest("database"), "{} {}", largest("Marsh"), largest("database"));
 }
