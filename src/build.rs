@@ -248,3 +248,81 @@ fn undocumented(stream: TokenStream) -> TokenStream {
     }
     kept.into_iter().collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn text(source: &str) -> String {
+        let mut file = syn::parse_file(source).unwrap();
+        Strip.visit_file_mut(&mut file);
+        undocumented(file.into_token_stream()).to_string()
+    }
+
+    const CODE: &str = "pub const GAMMA: f64 = 1.97; pub fn f(x: [f64; 2], doc: usize) -> f64 { GAMMA * x[doc + 1] }";
+
+    #[test]
+    fn comments_docs_formatting_and_tests_do_not_count() {
+        let same = "//! About.\n/// Gamma.\npub const GAMMA: f64 = 1.97; // a note\n\n#[doc = \"f\"]\n\
+            pub fn f(x: [f64; 2], doc: usize) -> f64 {\n    /* why */ GAMMA * x[doc + 1]\n}\n\
+            #[cfg(test)]\nstruct Helper;\n#[cfg(test)]\nmod tests { fn t() {} }\n";
+        assert_eq!(text(same), text(CODE));
+    }
+
+    #[test]
+    fn a_changed_constant_name_or_index_counts() {
+        for (from, to) in [("1.97", "1.98"), ("GAMMA *", "GAMMA +"), ("doc + 1", "doc + 0"), ("f64; 2", "f64; 3")] {
+            assert_ne!(text(&CODE.replace(from, to)), text(CODE), "{from} -> {to}");
+        }
+    }
+
+    /// On a copy of the tree's shape: what is edited, and whether the digest of `hvi-a`, which uses `hvi-b`, may stay.
+    #[test]
+    fn what_a_stage_uses_counts_and_what_it_does_not_use_does_not() {
+        let root = tempfile::tempdir().unwrap();
+        let write = |name: &str, text: &str| {
+            let path = root.path().join(name);
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            fs::write(path, text).unwrap();
+        };
+        write("Cargo.toml", "[workspace.dependencies]\nlibm = { version = \"1\" }\nother = \"1\"\n");
+        let lock = "[[package]]\nname = \"hvi-a\"\nversion = \"0.1.0\"\ndependencies = [\"hvi-b\", \"libm 2.0.0\"]\n\
+            [[package]]\nname = \"hvi-b\"\nversion = \"0.1.0\"\n\
+            [[package]]\nname = \"libm\"\nversion = \"1.0.0\"\nchecksum = \"old\"\n\
+            [[package]]\nname = \"libm\"\nversion = \"2.0.0\"\nchecksum = \"new\"\n";
+        write("Cargo.lock", lock);
+        for name in ["a", "b", "c"] {
+            write(&format!("stages/{name}/Cargo.toml"), "[dependencies]\nlibm.workspace = true\n");
+            write(&format!("stages/{name}/src/lib.rs"), "pub const X: f64 = 1.0;\n#[cfg(test)]\nmod trial;\n");
+            write(&format!("stages/{name}/src/trial.rs"), "fn t() {}");
+            write(&format!("stages/{name}/src/show.rs"), "pub const LABEL: &str = \"x\";");
+            write(&format!("stages/{name}/src/table.csv"), "1,2\n");
+        }
+        let now = || digest(root.path(), "hvi-a", &locked_packages(&root.path().join("Cargo.lock")).unwrap()).unwrap();
+        let first = now();
+        for (name, text, counts) in [
+            ("stages/b/src/lib.rs", "pub const X: f64 = 2.0;", true),
+            ("stages/b/src/table.csv", "1,3\n", true),
+            ("stages/b/src/extra.rs", "pub fn g() {}", true),
+            ("stages/b/build.rs", "fn main() {}", true),
+            ("stages/a/Cargo.toml", "[dependencies]\nlibm.workspace = true\n[features]\nfast = []\n", true),
+            ("Cargo.toml", "[workspace.dependencies]\nlibm = { version = \"1\", features = [\"x\"] }\n", true),
+            ("Cargo.lock", &lock.replace("new", "newer"), true),
+            ("Cargo.lock", &lock.replace("\"old\"", "\"older\""), false),
+            ("stages/b/src/trial.rs", "fn other() {}", false),
+            ("stages/b/src/show.rs", "pub const LABEL: &str = \"y\";", false),
+            ("stages/b/src/lib.rs", "//! Docs.\npub const X: f64 = 1.0;\n#[cfg(test)]\nmod trial;\n", false),
+            ("stages/c/src/lib.rs", "pub const X: f64 = 3.0;", false),
+        ] {
+            let path = root.path().join(name);
+            let old = fs::read_to_string(&path).ok();
+            write(name, text);
+            assert_eq!(now() != first, counts, "{name}: {text}");
+            match old {
+                Some(old) => write(name, &old),
+                None => fs::remove_file(path).unwrap(),
+            }
+            assert_eq!(now(), first, "{name} put back");
+        }
+    }
+}

@@ -1,6 +1,6 @@
 //! Pipeline -> Plan: one node a point, references resolved, ports matched, parameters checked, in an order that works.
 //!
-//! Complete before the first stage runs: whatever can be wrong with the input is found here.
+//! Complete before the first stage runs: what can be known to be wrong without computing is found here.
 use crate::mistake::{At, Mistake};
 use crate::pipeline::{Pipeline, Step};
 use crate::sweep;

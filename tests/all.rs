@@ -1,4 +1,8 @@
 //! The program as its user meets it: commands, cache, wrong input, and the tree's own rules.
+#[expect(dead_code, reason = "the build script's own tests run here: cargo has no other place for them")]
+#[path = "../src/build.rs"]
+mod build;
+
 mod suite {
     pub mod bad_input;
     pub mod cache;
