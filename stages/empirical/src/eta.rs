@@ -1,8 +1,12 @@
-//! The stage `empirical.eta`: eq 35 fitted to one set of runs, checked on another.
-use crate::law::{self, Law, Sample};
+//! The stage `empirical.eta`: eq 35 fitted to one set of runs, checked on another, and extrapolated to a vanishing cell by a finer
+//! third.
+use crate::law::{self, Fit, Law, Sample};
 use crate::point::{Measure, Point};
+use crate::refined::{self, Refined};
+use crate::score::{Score, Scores};
+use crate::spread::{self, Spread};
 use hvi_impact::result::Impact;
-use hvi_kit::view::{Scalar, View};
+use hvi_kit::view::{Cell, Scalar, View};
 use hvi_kit::{Artifact, Ctx, Invalid, Stage, StageError};
 use serde::{Deserialize, Serialize};
 
@@ -43,7 +47,7 @@ pub struct Params {
     /// Runs with all melted.
     #[serde(default)]
     pub full: Full,
-    /// Draws of the bootstrap; 0: none.
+    /// Draws of the bootstrap of whole D/t families; 0: none.
     #[serde(default = "default_draws")]
     pub bootstrap: u32,
     /// Seed of the draws.
@@ -66,18 +70,9 @@ hvi_kit::inputs! {
         runs: Vec<Impact>,
         /// Runs to check the law on, not fitted; may be none.
         check: hvi_kit::Any<Impact>,
+        /// Some of `runs` again with smaller cells, to extrapolate the melted fraction to a vanishing cell; may be none.
+        finer: hvi_kit::Any<Impact>,
     }
-}
-
-/// How far a law is from runs.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Score {
-    /// Number of runs.
-    pub runs: u32,
-    /// Root mean square deviation of eta.
-    pub rms: f64,
-    /// Largest deviation of eta, either way.
-    pub worst: f64,
 }
 
 /// The fitted law.
@@ -89,18 +84,22 @@ pub struct EtaLaw {
     pub zeros: Zeros,
     /// How runs with all melted entered.
     pub full: Full,
-    /// The parameters.
-    pub law: Law,
-    /// Their standard errors, from the covariance.
-    pub error: Law,
-    /// Range that holds 95 % of the bootstrap, where that could be had.
-    pub range: Option<[Law; 2]>,
+    /// The law, with errors from the covariance, which takes the runs for independent.
+    pub fit: Fit,
+    /// Its spread over whole families of D/t, where that could be had: the errors to go by.
+    pub spread: Option<Spread>,
     /// The runs given to the fit.
     pub points: Vec<Point>,
     /// The runs it was checked on.
     pub check: Vec<Point>,
-    /// The law on the fitted runs, on the check runs, and Table 4's law on both.
-    pub scores: [Score; 4],
+    /// The extrapolation to a vanishing cell, where finer runs were given.
+    pub refined: Option<Refined>,
+    /// The law on the fitted runs as the fit counts them: by the treatment of runs in which all has melted.
+    pub counted: Score,
+    /// The law on all runs, raw.
+    pub own: Scores,
+    /// Table 4's law on the same, raw.
+    pub paper: Scores,
 }
 
 /// The stage `empirical.eta`.
@@ -126,52 +125,54 @@ impl Stage for Eta {
 
     fn run(p: &Params, inputs: Inputs, ctx: &Ctx<'_>) -> Result<EtaLaw, StageError> {
         let read = |runs: &[Impact]| runs.iter().map(|r| Point::new(r, p.measure)).collect::<Result<Vec<_>, _>>();
-        let (mut points, check) = (read(&inputs.runs)?, read(&inputs.check.0)?);
+        let (mut points, check, finer) = (read(&inputs.runs)?, read(&inputs.check.0)?, read(&inputs.finer.0)?);
         for point in &mut points {
             let cold = point.eta == 0.0 && p.zeros == Zeros::Drop;
             point.used = !(cold || point.is_full() && p.full == Full::Drop);
         }
-        let limited = p.full == Full::Limit;
-        let samples =
-            |points: &[Point]| points.iter().filter(|p| p.used).map(|p| p.sample(limited)).collect::<Vec<_>>();
-        let (fitted, checked) = (samples(&points), samples(&check));
-        let fit = law::fit(&fitted).map_err(StageError::physics)?;
+        let used = points.iter().filter(|p| p.used);
+        let samples: Vec<Sample> = used.map(|point| point.sample(p.full == Full::Limit)).collect();
+        let pairs = refined::pairs(&points, &finer)?;
+        let fit = law::fit(&samples).map_err(StageError::physics)?;
         ctx.tick(0.5, 1.0, "bootstrap")?;
-        let score = |law: &Law, samples: &[Sample]| Score {
-            runs: samples.len() as u32,
-            rms: (law::squares(samples, law) / samples.len().max(1) as f64).sqrt(),
-            worst: samples.iter().map(|s| s.deviation(law).abs()).fold(0.0, f64::max),
-        };
-        let of = |law: &Law| [score(law, &fitted), score(law, &checked)];
-        let ([own, own_check], [paper, paper_check]) = (of(&fit.law), of(&law::TABLE_4));
         Ok(EtaLaw {
             measure: p.measure,
             zeros: p.zeros,
             full: p.full,
-            law: fit.law,
-            error: fit.error,
-            range: law::bootstrap(&fitted, fit.law, p.bootstrap, p.seed),
+            fit,
+            spread: spread::bootstrap(&samples, p.bootstrap, p.seed),
+            refined: (!pairs.is_empty()).then(|| refined::refined(pairs, p)),
+            counted: Score::of(samples.iter().map(|s| s.deviation(&fit.law))),
+            own: Scores::new(&fit.law, &points, &check),
+            paper: Scores::new(&law::TABLE_4, &points, &check),
             points,
             check,
-            scores: [own, own_check, paper, paper_check],
         })
     }
 }
 
+impl EtaLaw {
+    /// The errors to go by: over families of D/t where there are enough, or else from the covariance.
+    pub fn error(&self) -> Law {
+        self.spread.map_or(self.fit.error, |s| s.error)
+    }
+}
+
 impl Artifact for EtaLaw {
-    const KIND: &'static str = "eta/1";
+    const KIND: &'static str = "eta/2";
 
     fn scalars(&self) -> Vec<Scalar> {
-        let mut all = vec![
-            Scalar::number("alpha", self.law.alpha, "s2/km2"),
-            Scalar::number("beta", self.law.beta, "s/km"),
-            Scalar::number("gamma", self.law.gamma, ""),
-            Scalar::number("rms", self.scores[0].rms, ""),
-            Scalar::number("worst", self.scores[0].worst, ""),
-        ];
-        if self.scores[1].runs > 0 {
-            all.push(Scalar::number("rms on check runs", self.scores[1].rms, ""));
-            all.push(Scalar::number("worst on check runs", self.scores[1].worst, ""));
+        let error = self.error().values();
+        let parameter = |name: &str, i: usize, unit: &str| Scalar {
+            value: Cell::Uncertain(self.fit.law.values()[i], error[i]),
+            ..Scalar::number(name, 0.0, unit)
+        };
+        let mut all = vec![parameter("alpha", 0, "s2/km2"), parameter("beta", 1, "s/km"), parameter("gamma", 2, "")];
+        all.push(Scalar::number("rms", self.own.fitted.rms, ""));
+        all.push(Scalar::number("worst", self.own.fitted.worst, ""));
+        if self.own.new.runs > 0 {
+            all.push(Scalar::number("rms on new check runs", self.own.new.rms, ""));
+            all.push(Scalar::number("worst on new check runs", self.own.new.worst, ""));
         }
         all
     }

@@ -1,6 +1,6 @@
 //! From an impact run to one value of the melted fraction.
 use crate::law::Sample;
-use hvi_impact::result::{Impact, Melt};
+use hvi_impact::result::{Impact, Melt, Space};
 use hvi_kit::StageError;
 use serde::{Deserialize, Serialize};
 
@@ -66,6 +66,12 @@ pub struct Point {
     pub diameter: f64,
     /// Thickness of the plate [m].
     pub thickness: f64,
+    /// Materials of the projectile and the plate.
+    pub materials: [String; 2],
+    /// The space it was made in.
+    pub space: Space,
+    /// Cell size [m].
+    pub cell: f64,
     /// Cells through the thinner of plate and projectile.
     pub cells: f64,
     /// Time at which the phases were read [s].
@@ -83,6 +89,16 @@ pub struct Point {
 /// Melted shares from here on count as all of it.
 const ALL: f64 = 0.999;
 
+/// Whether two sizes or speeds are the same but for the rounding of their units.
+pub fn close(a: f64, b: f64) -> bool {
+    (a / b - 1.0).abs() < 1e-6
+}
+
+/// Without the last digits that unit conversion or a sum of shares leaves (1.6000000000000001 mm).
+pub fn tidy(x: f64) -> f64 {
+    format!("{x:.10e}").parse().unwrap_or(x)
+}
+
 impl Point {
     /// Reads the last snapshot of `run`.
     ///
@@ -96,13 +112,17 @@ impl Point {
         let projectile =
             body("projectile").ok_or_else(|| refuse("has no body named projectile with its melted masses"))?;
         let eta = measure.of(projectile);
-        let sizes = [run.velocity, run.diameter, run.thickness];
+        let sizes = [run.velocity, run.diameter, run.thickness, run.cell];
         if !sizes.iter().all(|&x| x > 0.0 && x.is_finite()) || !(-1e-6..1.0 + 1e-4).contains(&eta) {
             return Err(refuse(&format!(
-                "has the melted fraction {eta}: speed, sizes must be above 0, the fraction in 0..1"
+                "has the melted fraction {eta}: speed, sizes and cell must be above 0 and finite, the fraction in 0..1"
             )));
         }
+        let material = |name: &str| run.bodies.iter().find(|b| b.name == name).map(|b| b.material.clone());
         Ok(Point {
+            materials: ["projectile", "plate"].map(|name| material(name).unwrap_or_default()),
+            space: run.space,
+            cell: run.cell,
             velocity: run.velocity,
             diameter: run.diameter,
             thickness: run.thickness,
@@ -120,13 +140,26 @@ impl Point {
         self.eta >= ALL
     }
 
+    /// Cells across the diameter of the projectile, N_D.
+    pub fn across(&self) -> f64 {
+        self.diameter / self.cell
+    }
+
+    /// Diameter over thickness.
+    pub fn ratio(&self) -> f64 {
+        self.diameter / self.thickness
+    }
+
+    /// Whether speed, D/t, materials and space are the same: the same scene up to its scale.
+    pub fn is_scaled(&self, other: &Point) -> bool {
+        close(self.velocity, other.velocity)
+            && close(self.ratio(), other.ratio())
+            && self.materials == other.materials
+            && self.space == other.space
+    }
+
     /// The point in the law's variables.
     pub fn sample(&self, limited: bool) -> Sample {
-        Sample {
-            v: self.velocity * 1e-3,
-            ratio: self.diameter / self.thickness,
-            eta: self.eta,
-            at_limit: limited && self.is_full(),
-        }
+        Sample { v: self.velocity * 1e-3, ratio: self.ratio(), eta: self.eta, at_limit: limited && self.is_full() }
     }
 }
