@@ -65,6 +65,7 @@ impl Run<'_> {
                 volume: system.volume(),
                 thermal,
                 block: (SHARE / params.time_step.si()).ceil() as usize,
+                step: params.time_step.si() / TIME,
             },
             system,
             lattice,

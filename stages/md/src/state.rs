@@ -28,7 +28,7 @@ pub struct State {
     pub temperature: f64,
     /// Pressure [Pa].
     pub pressure: f64,
-    /// Standard error of the pressure [Pa].
+    /// Standard error of the pressure [Pa]; in a crystal with a floor for modes that keep their energy, good to a factor of 2.
     pub pressure_error: f64,
     /// Internal energy [J/kg], zero at the lattice at rest at 0 K and zero pressure.
     pub energy: f64,

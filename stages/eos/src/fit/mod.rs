@@ -56,6 +56,8 @@ pub struct Params {
     pub reference_temperature: Temperature,
     /// Energy of the dilute gas at T -> 0 above the reference state; sets the vapour only. Default: copper's.
     pub cohesive_energy: SpecificEnergy,
+    /// Entropy of melting at constant volume plus the liquid's softening, in units of R: GRAY's Delta S, which T_m hangs on.
+    pub melting_entropy: f64,
     /// Resamplings of the isochores for the errors; 0: covariance only.
     pub bootstrap: u32,
 }
@@ -66,6 +68,7 @@ impl Default for Params {
             weights: Weights::Uniform,
             reference_temperature: Temperature::new(300.0),
             cohesive_energy: SpecificEnergy::new(COPPER_COHESION / COPPER_MOLAR_MASS),
+            melting_entropy: 1.16,
             bootstrap: 100,
         }
     }
@@ -96,6 +99,13 @@ impl Stage for Fitting {
         };
         positive("reference_temperature", params.reference_temperature.si(), "K")?;
         positive("cohesive_energy", params.cohesive_energy.si(), "J/kg")?;
+        // Below, the liquid's softening of 0.16 R makes the model invalid; metals have 0.8 to 1.7.
+        if !(0.3..=5.0).contains(&params.melting_entropy) {
+            return Err(Invalid::new(
+                "melting_entropy",
+                format!("is {} R, must be 0.3 to 5 R", params.melting_entropy),
+            ));
+        }
         match params.bootstrap <= 10_000 {
             true => Ok(()),
             false => Err(Invalid::new("bootstrap", format!("is {}, at most 10000", params.bootstrap))),
@@ -119,7 +129,7 @@ impl Stage for Fitting {
 pub fn fit(params: &Params, states: &[State], ctx: &Ctx<'_>) -> Result<EosResult, StageError> {
     let data =
         states::Data::new(states, params.reference_temperature.si(), params.weights).map_err(StageError::physics)?;
-    let start = two_stage::start(&data, params.cohesive_energy.si(), params.reference_temperature.si());
+    let start = two_stage::start(&data, params);
     let fit = two_stage::fit(&data.rows, &start, params.method, true).map_err(StageError::physics)?;
     let p = fit.gray.parameters().clone();
     let densest = data.rows.iter().map(|r| 1.0 - r.volume / p.volume).fold(0.0, f64::max);

@@ -1,11 +1,11 @@
 //! Recovery: states made from a known GRAY with known noise, and what the fit makes of them.
 use super::states::{Data, Row};
-use super::{FitError, Method, Params, Weights, fit, two_stage};
+use super::{FitError, Fitting, Method, Params, Weights, fit, two_stage};
 use crate::handbook::Set;
 use crate::model::gray::{Branch, Gray, Parameters};
 use crate::{Eos, EosResult, Phase};
 use hvi_kit::view::View;
-use hvi_kit::{Artifact, Ctx};
+use hvi_kit::{Artifact, Ctx, Stage};
 use hvi_md::State;
 
 /// Normal deviates: sums of twelve uniform numbers of a 64-bit xorshift generator.
@@ -112,8 +112,9 @@ fn twenty_seeds_recover_the_truth() {
         assert!(found.pressure.condition < 30.0, "{}", found.pressure.condition);
     }
     let mean: [f64; 6] = std::array::from_fn(|k| errors.iter().map(|e| e[k]).sum::<f64>() / 20.0);
-    let spread: [f64; 6] =
-        std::array::from_fn(|k| (errors.iter().map(|e| (e[k] - mean[k]).powi(2)).sum::<f64>() / 19.0).sqrt());
+    let spread: [f64; 6] = std::array::from_fn(|k| {
+        (errors.iter().map(|e| (e[k] - mean[k]) * (e[k] - mean[k])).sum::<f64>() / 19.0).sqrt()
+    });
     let text = format!("bias {mean:?}, spread {spread:?}, covered {covered:?}, correlations {correlation:?}");
     for (k, published) in [0.0008, 0.0015, 0.006, 0.034].into_iter().enumerate() {
         assert!(mean[k].abs() < published, "{text}");
@@ -217,6 +218,25 @@ fn resampling_agrees_with_the_covariance() {
             );
         }
     }
+}
+
+/// T_m stands for the liquid's energy over the entropy of melting: it falls, to first order, as the entropy rises.
+#[test]
+fn the_melting_temperature_hangs_on_the_entropy() {
+    let made = states(Set::CopperRoyce, 2, |_| 0.05e9);
+    let at = |melting_entropy: f64| {
+        let params = Params { melting_entropy, bootstrap: 0, ..Params::default() };
+        let result = fit(&params, &made, &Ctx::quiet()).unwrap();
+        let Eos::Gray(gray) = &result.eos else { unreachable!() };
+        assert_eq!(gray.parameters().melting_entropy, melting_entropy);
+        gray.parameters().melting_temperature
+    };
+    let (low, high) = (at(1.16), at(1.3));
+    assert!((low / 1790.0 - 1.0).abs() < 0.01, "{low}");
+    // The energy to melt is Tm0 (Delta S - alpha / 2 ...): between 1/1.3 and no change.
+    assert!(high < 0.97 * low && high > 0.8 * low, "{low} {high}");
+    let wrong = Params { melting_entropy: 0.1, ..Params::default() };
+    assert_eq!(Fitting::check(&wrong).unwrap_err().key, "melting_entropy");
 }
 
 /// What states can't determine is refused, with the reason.

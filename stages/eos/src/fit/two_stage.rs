@@ -3,7 +3,7 @@
 //! Liu, Wang, Zhang (2013), eqs 31-34. The constraints (all parameters positive) hold by fitting logarithms.
 use super::least_squares::{Minimum, minimise};
 use super::states::{Data, Row};
-use super::{FitError, Method};
+use super::{FitError, Method, Params};
 use crate::model::gray::{Branch, Gray, Parameters};
 
 /// Both minima and the parameters they make.
@@ -51,11 +51,12 @@ pub(super) fn fit(rows: &[Row], start: &Parameters, method: Method, scan: bool) 
 
 /// Where the search starts: C from the bulk modulus, S and gamma0 typical of close-packed metals, a = gamma0 - 1/2,
 /// free-electron heat.
-pub(super) fn start(data: &Data, cohesive_energy: f64, reference_temperature: f64) -> Parameters {
+pub(super) fn start(data: &Data, params: &Params) -> Parameters {
     let (v0, c) = (data.volume.0, (data.bulk_modulus * data.volume.0).sqrt());
     let mut p = Parameters::metal(v0, c, 1.4, 2.0, 1.5, 7e-4, 2000.0, data.molar_mass, 1.0);
-    p.cohesive_energy = cohesive_energy;
-    p.reference_temperature = reference_temperature;
+    p.cohesive_energy = params.cohesive_energy.si();
+    p.reference_temperature = params.reference_temperature.si();
+    p.melting_entropy = params.melting_entropy;
     p
 }
 
