@@ -252,7 +252,8 @@ impl Builder<'_> {
         for (key, mut value) in std::mem::take(&mut table.0) {
             let path = if prefix.is_empty() { key.text.clone() } else { format!("{prefix}.{}", key.text) };
             let port = self.step.stage.ports.iter().find(|p| match p.arity {
-                Arity::Places => p.name == key.text,
+                // A table in such a place is a value: a material that brings its own.
+                Arity::Places => p.name == key.text && !matches!(value.node, Written::Table(_)),
                 _ => p.name == path,
             });
             let mut refs = Vec::new();

@@ -1,0 +1,71 @@
+//! The pipeline language end to end: include, materials, selections, lists of references.
+use super::project::Project;
+
+const MATERIAL: &str = r#"
+[material.soft]
+source = "a test"
+young = "117 GPa"
+poisson = 0.3
+strength = { a = "90 MPa", b = "292 MPa", n = 0.31, c = 0.025, m = 1.09, rate = "1 1/s", reference_temperature = "293 K", melting_temperature = "1356 K" }
+eos = { MieGruneisen = { density = 8930.0, sound_speed = 3940.0, slope = 1.489, gruneisen = 2.02, heat_capacity = 385.0, reference_temperature = 293.0 } }
+"#;
+
+const SCENE: &str = r#"
+include = ["materials.toml"]
+[step.metal]
+use = "eos.handbook"
+sweep = { set = ["copper-royce", "copper-paper-md"] }
+[step.hit]
+use = "impact"
+projectile = { shape = "sphere", diameter = "1 mm", material = "soft" }
+plate = { material = "copper", thickness = "0.5 mm", width = "3 mm", eos = "@metal[set=copper-royce]" }
+cells = 2
+end = "0.3 us"
+sweep = { velocity = ["2 km/s", "3 km/s"] }
+[step.film]
+use = "radiograph"
+run = "@hit[velocity=3000 m/s]"
+width = 64
+"#;
+
+#[test]
+fn an_included_material_a_selection_and_a_film() {
+    let project = Project::new(SCENE);
+    project.write("materials.toml", MATERIAL);
+    let said = project.run();
+    assert_eq!(said.code, 0, "{}", said.err);
+    assert!(said.err.contains("0 from the store, 5 computed"), "{}", said.err);
+    assert!(project.files("out/study/film").iter().any(|(path, _)| path.extension().is_some_and(|e| e == "png")));
+    project.write("materials.toml", &MATERIAL.replace("90 MPa", "91 MPa"));
+    let said = project.hvi(&["plan", "study.toml"]);
+    assert!(said.out.contains("params.projectile.material.strength.a: 90000000.0 Pa -> 91000000.0 Pa"), "{}", said.out);
+    let said = project.run();
+    assert!(
+        said.err.contains("2 from the store, 3 computed"),
+        "what the constant enters, and nothing else: {}",
+        said.err
+    );
+}
+
+#[test]
+fn a_mistake_in_an_included_file_is_shown_there() {
+    let project = Project::new(SCENE);
+    project.write("materials.toml", &MATERIAL.replace("young", "yong"));
+    let said = project.run();
+    assert_eq!(said.code, 2);
+    assert!(said.err.contains("materials.toml:4:1") && said.err.contains("did you mean `young`?"), "{}", said.err);
+}
+
+#[test]
+fn a_failed_point_leaves_the_others_running() {
+    let project = Project::new(SCENE);
+    project.write("materials.toml", MATERIAL);
+    // No snapshot is kept at this time: the film fails, and says which there are.
+    project.write("study.toml", &format!("{SCENE}exposures = [\"0.1 us\"]\n"));
+    let said = project.run();
+    assert_eq!(said.code, 1, "{}", said.err);
+    assert!(said.err.contains("FAILED film"), "{}", said.err);
+    assert!(said.err.contains("4 computed, 1 failed"), "{}", said.err);
+    let page = std::fs::read_to_string(project.path("out/study/report.html")).unwrap();
+    assert!(page.contains("film"));
+}
