@@ -31,10 +31,11 @@ pub fn update<const D: usize>(
         let radius = p.position[D.min(2) - 1];
         let l = full_gradient(&mean, velocity[D.min(2) - 1], radius, setting);
         let heat = w.heat + returned(p, &sums, setting.cell);
-        transfer(p, &sums, &velocity, setting, dt);
+        transfer(p, &sums, &velocity, setting.cell, dt);
         p.alone = w.alone;
         let booked =
             if w.alone { Law::fly(p, heat) } else { setting.laws[p.body as usize].advance(p, &w.stress, &l, heat, dt) };
+        reflect(p, &setting.mirrors);
         totals.transfer += heat;
         totals.viscous += booked.viscous;
         totals.floored += booked.floored;
@@ -111,22 +112,122 @@ fn returned<const D: usize>(p: &Particle<D>, sums: &Sums<D>, cell: f64) -> f64 {
     0.5 * p.mass * (sums.square - held)
 }
 
-/// Takes over velocity and affine field, moves by the mean `velocity` of the step, and keeps in front of the mirrors.
+/// Takes over velocity and affine field, and moves by the mean `velocity` of the step.
 #[inline(always)]
-fn transfer<const D: usize>(p: &mut Particle<D>, sums: &Sums<D>, velocity: &[f64; D], setting: &Setting<D>, dt: f64) {
-    p.affine = affine(sums, setting.cell);
+fn transfer<const D: usize>(p: &mut Particle<D>, sums: &Sums<D>, velocity: &[f64; D], cell: f64, dt: f64) {
+    p.affine = affine(sums, cell);
     for c in 0..D {
         p.velocity[c] += sums.mean[c];
         p.position[c] += dt * velocity[c];
     }
+}
+
+/// Shear stresses that a reflection of an axis turns round, as places in xx, yy, zz, xy, yz, xz.
+const SHEARS: [[usize; 2]; 3] = [[3, 5], [3, 4], [4, 5]];
+
+/// Puts a particle that went through a mirror in its image's place; after the stress has taken its step, since the
+/// velocity gradient of the step is that of the side it came from.
+#[inline(always)]
+fn reflect<const D: usize>(p: &mut Particle<D>, mirrors: &[bool; D]) {
     for d in 0..D {
-        if setting.mirrors[d] && p.position[d] < 0.0 {
+        if mirrors[d] && p.position[d] < 0.0 {
             p.position[d] = -p.position[d];
             p.velocity[d] = -p.velocity[d];
             for c in 0..D {
                 p.affine[c][d] = -p.affine[c][d];
                 p.affine[d][c] = -p.affine[d][c];
             }
+            for k in SHEARS[d] {
+                p.stress[k] = -p.stress[k];
+            }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `R m R` with `R` the reflection of axis `d`.
+    fn turned(m: [[f64; 3]; 3], d: usize) -> [[f64; 3]; 3] {
+        let sign = |i: usize| if i == d { -1.0 } else { 1.0 };
+        std::array::from_fn(|i| std::array::from_fn(|j| sign(i) * m[i][j] * sign(j)))
+    }
+
+    fn full(s: &[f64; 6]) -> [[f64; 3]; 3] {
+        [[s[0], s[3], s[5]], [s[3], s[1], s[4]], [s[5], s[4], s[2]]]
+    }
+
+    /// Behind a mirror a particle is its own image: `R x`, `R v`, `R C R` and `R S R`; in front it stays as it is.
+    #[test]
+    fn reflection_is_the_image() {
+        let mut start = Particle::<3>::new([-0.1, -0.2, -0.3], [-4.0, -5.0, -6.0], 1.0, 1.0, 0, 0);
+        start.affine = [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0], [7.0, 8.0, 9.0]];
+        start.stress = [1.0, 2.0, -3.0, 4.0, 5.0, 6.0];
+        for d in 0..3 {
+            let mut p = start;
+            reflect(&mut p, &std::array::from_fn(|k| k == d));
+            for k in 0..3 {
+                let sign = if k == d { -1.0 } else { 1.0 };
+                assert_eq!((p.position[k], p.velocity[k]), (sign * start.position[k], sign * start.velocity[k]));
+            }
+            assert_eq!(p.affine, turned(start.affine, d));
+            assert_eq!(full(&p.stress), turned(full(&start.stress), d));
+            let mut front = start;
+            front.position = start.position.map(f64::abs);
+            reflect(&mut front, &[true; 3]);
+            assert_eq!((front.velocity, front.affine, front.stress), (start.velocity, start.affine, start.stress));
+        }
+    }
+
+    /// Through a mirror y = 0 or not, the step of matter that reaches beyond it is the same but for the image.
+    #[test]
+    fn stress_steps_before_it_is_reflected() {
+        let material = crate::material::Material::named("copper").expect("shipped");
+        let on = crate::material::Switches { strength: true, damage: false, spall: false };
+        let step = |mirrored: bool| {
+            let setting = Setting::<2> {
+                cell: 1e-3,
+                axisymmetric: false,
+                mirrors: [false, mirrored],
+                laws: vec![Law::new(&material, material.eos.clone(), on)],
+                cfl: 0.5,
+            };
+            let mut p = Particle::new([0.5e-3, 1e-6], [0.0, -100.0], 1e-3, 1e-7, 0, 0);
+            setting.laws[0].prepare(&mut p);
+            let mut grid = Grid::default();
+            let mut slots = Vec::new();
+            grid.lay_out(&[p], setting.cell, &[false; 2], &mut slots).expect("in reach");
+            // The grid moves by v_x = 2e3 y / s, v_y = -100 m/s: pure shear and a drift through the mirror.
+            let mut nodes: Vec<(u32, f64)> = Vec::new();
+            for (k, &node) in grid.stencil(slots[0]).iter().enumerate() {
+                nodes.push((node, ((k % 4) as f64 - 1.0) * setting.cell));
+            }
+            for (node, y) in nodes {
+                let node = &mut grid.nodes[node as usize];
+                node.velocity = [2e3 * y, -100.0];
+                node.next = node.velocity;
+            }
+            let stencil = crate::kernel::Stencil::at(&p.position, setting.cell);
+            let work = Work {
+                slot: slots[0],
+                stencil,
+                drift: [2e3 * p.position[1], 0.0],
+                gradient: [[0.0, 2e3], [0.0; 2]],
+                heat: 0.0,
+                stress: crate::material::HalfStep::default(),
+                alone: false,
+            };
+            let mut particles = [p];
+            let mut totals = Totals::default();
+            assert!(update(&mut particles, &[work], &grid, &setting, 1e-7, &mut totals).is_none());
+            particles[0]
+        };
+        let (free, held) = (step(false), step(true));
+        assert!(free.position[1] < 0.0 && free.stress[3] > 1e6, "{free:?}");
+        assert_eq!(held.position, [free.position[0], -free.position[1]]);
+        assert_eq!(held.velocity, [free.velocity[0], -free.velocity[1]]);
+        assert_eq!(held.stress[3], -free.stress[3]);
+        assert_eq!(held.stress[..3], free.stress[..3]);
     }
 }

@@ -51,3 +51,44 @@ pub fn leading<const D: usize>(particles: &[Particle<D>], body: u8, share: f64) 
     }
     0.0
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::material::{Law, Material, Switches};
+
+    /// A block that shrinks evenly, one short step: the ledger's columns are `multiple` times the particles' sums.
+    /// The linear velocity field is carried exactly, so viscous heat is `m |div| dt dx (c2 dx |div| + c1 c)` of each of the 27
+    /// particles and the transfer makes no heat but rounding; 1e-15 s is too short to change either by 1e-6.
+    #[test]
+    fn columns_of_a_shrinking_block() {
+        let material = Material::named("copper").expect("shipped");
+        let on = Switches { strength: false, damage: false, spall: false };
+        let law = Law::new(&material, material.eos.clone(), on);
+        let density = 1.0 / law.eos.reference_volume();
+        let (cell, jump, dt) = (1e-3, 300.0, 1e-15);
+        let rate = jump / cell;
+        let setting = Setting::<3> { cell, axisymmetric: false, mirrors: [false; 3], laws: vec![law], cfl: 0.5 };
+        let volume = 0.125 * cell * cell * cell;
+        let at = |i: usize| 0.5 * cell * (i as f64 - 1.0);
+        let particles: Vec<Particle<3>> = (0..27)
+            .map(|i| {
+                let x = [at(i / 9), at(i / 3 % 3), at(i % 3)];
+                let mut p = Particle::new(x, x.map(|x| -rate / 3.0 * x), density * volume, volume, i as u32, 0);
+                (0..3).for_each(|d| p.affine[d][d] = -rate / 3.0);
+                p
+            })
+            .collect();
+        let mut state = State::new(particles, &setting);
+        let (sound, mass) = (state.particles[0].sound_speed, 27.0 * density * volume);
+        let start = entry(&state, &setting, 4.0, None);
+        state.step(&setting, dt).expect("a step");
+        let end = entry(&state, &setting, 4.0, Some(&start));
+        let viscous = 4.0 * mass * rate * dt * (2.0 * jump + 0.5 * sound) * jump;
+        assert!((end.viscous / viscous - 1.0).abs() < 1e-6, "{:e} J, expected {viscous:e} J", end.viscous);
+        assert!(end.transfer.abs() < 1e-6 * viscous, "{:e} J", end.transfer);
+        assert!((end.mass / (4.0 * mass) - 1.0).abs() < 1e-14 && end.momentum.abs() < 1e-12 * mass * jump);
+        assert!((end.internal[0] - start.internal[0]) / viscous > 0.9, "{:e} J", end.internal[0] - start.internal[0]);
+        assert_eq!((end.floored, end.time, end.step), (0.0, dt, 1));
+    }
+}

@@ -135,6 +135,11 @@ pub struct Plate {
 /// Most particles a run may have: about 2.5 GB.
 const MOST_PARTICLES: f64 = 4e6;
 
+/// Whether a scene of `count` particles can be run; one of lengths beyond all numbers can't.
+fn fits(count: f64) -> bool {
+    count <= MOST_PARTICLES
+}
+
 impl Params {
     /// Checks everything that can be known before the run.
     ///
@@ -163,15 +168,38 @@ impl Params {
             return Err(Invalid::new("plate.width", why));
         }
         let count = scene::count(self, &layout);
-        if count > MOST_PARTICLES {
-            let why = format!(
-                "gives {count:.3e} particles ({:.4} mm cells), at most {MOST_PARTICLES:.0e} fit: use fewer cells, a \
-                 smaller plate.width, an earlier end, or space = \"axisymmetric\"",
-                layout.cell * 1e3
-            );
-            return Err(Invalid::new("cells", why));
+        if fits(count) {
+            return Ok(());
         }
-        Ok(())
+        let why = format!(
+            "gives {count:.3e} particles (cells of {:.3e} m), at most {MOST_PARTICLES:.0e} fit: use fewer cells, a smaller \
+             plate.width, an earlier end, or space = \"axisymmetric\"",
+            layout.cell
+        );
+        Err(Invalid::new(self.too_many(), why))
+    }
+
+    /// The key that makes too many particles: one that does not at its default, else `cells` where the least would fit,
+    /// else the thinner body, which sets the cell.
+    fn too_many(&self) -> &'static str {
+        let without = |change: fn(&mut Params)| {
+            let mut params = self.clone();
+            change(&mut params);
+            fits(scene::count(&params, &Layout::of(&params)))
+        };
+        if self.plate.width.is_some() && without(|p| p.plate.width = None) {
+            "plate.width"
+        } else if self.plate.width.is_none() && self.end.is_some() && without(|p| p.end = None) {
+            "end"
+        } else if without(|p| p.cells = 2) {
+            "cells"
+        } else if self.plate.thickness.si() <= self.projectile.size() {
+            "plate.thickness"
+        } else if self.projectile.shape == Shape::Sphere {
+            "projectile.diameter"
+        } else {
+            "projectile.length"
+        }
     }
 
     fn check_shape(&self) -> Result<(), Invalid> {

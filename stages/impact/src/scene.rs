@@ -61,6 +61,19 @@ pub fn mirrors(choice: SpaceChoice) -> [bool; 3] {
     }
 }
 
+/// Mass [kg] of a projectile that the lattice only comes near, at `density` [kg/m3]: a sphere, or a cylinder in three
+/// dimensions. Other bodies are filled exactly.
+pub fn round_mass(params: &Params, density: f64) -> Option<f64> {
+    let radius = 0.5 * params.projectile.diameter?.si();
+    match params.projectile.shape {
+        Shape::Sphere => Some(density * 4.0 / 3.0 * PI * radius * radius * radius),
+        Shape::Cylinder if params.space != SpaceChoice::Axisymmetric => {
+            Some(density * PI * radius * radius * params.projectile.size())
+        }
+        _ => None,
+    }
+}
+
 /// Number of particles, near enough for a bound and a cost.
 pub fn count(params: &Params, layout: &Layout) -> f64 {
     let (size, thickness, radius) = (params.projectile.size(), params.plate.thickness.si(), 0.5 * layout.diameter);
@@ -73,7 +86,7 @@ pub fn count(params: &Params, layout: &Layout) -> f64 {
             (section + 0.5 * thickness * layout.width) / (h * h)
         }
         _ => {
-            let volume = if sphere { 4.0 / 3.0 * PI * radius.powi(3) } else { size * PI * radius * radius };
+            let volume = if sphere { 4.0 / 3.0 * PI * radius * radius * radius } else { size * PI * radius * radius };
             (volume + thickness * layout.width * layout.width) / (h * h * h) / layout.multiple
         }
     }

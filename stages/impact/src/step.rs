@@ -31,7 +31,7 @@ impl<const D: usize> Setting<D> {
 }
 
 /// Accounts and records since the start, per the particles' mass unit.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Totals {
     /// Heat of artificial viscosity [J].
     pub viscous: f64,
@@ -39,7 +39,7 @@ pub struct Totals {
     pub transfer: f64,
     /// Energy of the floor [J].
     pub floored: f64,
-    /// Particle-steps whose volume change was limited to a half.
+    /// Particle-steps whose volume change was limited: to a half over the step, or to .3 over its first half.
     pub limited: u64,
     /// Highest pressure [Pa].
     pub highest_pressure: f64,
@@ -95,8 +95,7 @@ impl<const D: usize> State<D> {
         }
         let mass: f64 = particles.iter().map(|p| p.mass).sum();
         let cut = EMPTY * mass / particles.len() as f64;
-        let totals =
-            Totals { viscous: 0.0, transfer: 0.0, floored: 0.0, limited: 0, highest_pressure: 0.0, least_ratio: 1.0 };
+        let totals = Totals { least_ratio: 1.0, ..Totals::default() };
         State {
             time: 0.0,
             steps: 0,

@@ -19,6 +19,13 @@ pub fn scalars(impact: &Impact) -> Vec<Scalar> {
         row.push(Scalar::number("particles", snapshot.particles.mass.len() as f64, ""));
     }
     row.push(Scalar::number("cells through", impact.cells_through, ""));
+    if impact.diameter.is_finite() {
+        row.push(Scalar::number("cells across the projectile", impact.diameter / impact.cell, ""));
+    }
+    if let (Some(start), Some(end)) = (impact.ledger.first(), impact.ledger.last()) {
+        row.push(Scalar::number("transfer heat share", end.transfer / start.kinetic, ""));
+        row.push(Scalar::number("viscous heat share", end.viscous / start.kinetic, ""));
+    }
     row
 }
 

@@ -16,7 +16,7 @@ fn copper() -> (Value, Eos) {
 
 /// Symmetric impact, "Cu MD" parameters: the bulk keeps 116.7 / 403.7 / 793.4 kJ/kg after release from 2.5 / 4.2 / 5.9
 /// km/s (Rankine-Hugoniot and isentrope of the same equation of state, which the test computes anew). The bulk is the
-/// target's middle, 25 cells or more from the contact, where artificial viscosity overheats, and 15 from the free surface.
+/// target's middle, 25 cells or more from the contact, which is overheated, and 15 from the free surface: within 1 %.
 #[test]
 fn residual_energy_after_release() {
     let (material, eos) = copper();
@@ -42,7 +42,7 @@ fn residual_energy_after_release() {
                 assert!((excess / expected - 1.0).abs() <= 0.1, "cell {cell}: excess {excess} J/kg");
             }
         }
-        assert!((energy / released.energy - 1.0).abs() <= 0.02, "{v} m/s: residual {energy} J/kg");
+        assert!((energy / released.energy - 1.0).abs() <= 0.01, "{v} m/s: residual {energy} J/kg");
         assert!(drift(&impact) <= 1e-12);
     }
 }

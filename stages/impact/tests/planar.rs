@@ -99,7 +99,7 @@ const TIGHT: [f64; 5] = [2e-3, 1e-2, 1e-3, 2e-3, 1e-3];
 
 #[test]
 fn copper_on_copper_at_1000() {
-    for cells in [100, 200] {
+    for cells in [100, 200, 400] {
         check("Cu-Cu 1000", &measure((copper(), CU), (copper(), CU), 1000.0, cells), TIGHT);
     }
 }
@@ -115,6 +115,8 @@ fn aluminium_on_aluminium_at_6700() {
 fn weak_and_very_strong() {
     check("Cu-Cu 300", &measure((copper(), CU), (copper(), CU), 300.0, 100), TIGHT);
     check("Al-Al 12000", &measure((aluminium(), AL), (aluminium(), AL), 12000.0, 100), TIGHT);
+    // At 100 cells the free surface is .20 % too fast, at 200 .013 %, at 400 .001 %: the rest of the row holds at 100 too.
+    check("Al-Al 20000", &measure((aluminium(), AL), (aluminium(), AL), 20000.0, 200), TIGHT);
 }
 
 #[test]
