@@ -382,7 +382,7 @@ impl Builder<'_> {
         let of = format!("step `{}` ({})", self.step.name, self.step.stage.name);
         if let (true, [wrong, known @ ..]) = (unknown || why.starts_with("unknown variant"), &quoted[..]) {
             let what = if unknown { "key" } else { "value" };
-            let ports = self.step.stage.ports.iter().map(|p| p.name).filter(|_| unknown);
+            let ports = self.step.stage.ports.iter().map(|p| p.name).filter(|p| unknown && !known.contains(p));
             let known: Vec<&str> = known.iter().copied().chain(ports).collect();
             let mistake = Mistake::new(format!("{of}: unknown {what} `{wrong}`")).at(&at, "not known here");
             return mistake.nearest(wrong, known.iter().copied()).help(format!("known here: {}", known.join(", ")));

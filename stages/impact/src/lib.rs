@@ -2,7 +2,7 @@
 //!
 //! `params.rs` what a pipeline says; `scene.rs` particles from it; `step.rs` one time step, made of `p2g.rs` (particles to grid), `grid_update.rs` and
 //! `g2p.rs` (grid to particles), on the sparse `grid.rs` with the weights of `kernel.rs`; `material/` what matter does;
-//! `ledger.rs` sums over the scene; `melt.rs` phases and snapshots; `result.rs` what a run leaves, `views.rs` what of it a
+//! `ledger.rs` sums over the scene; `melt.rs` phases and snapshots; `result.rs` what a run leaves, `show.rs` what of it a
 //! person sees; `stage.rs` the stage `impact`.
 mod g2p;
 mod grid;
@@ -16,9 +16,9 @@ pub mod params;
 pub mod particle;
 pub mod result;
 pub mod scene;
+mod show;
 mod stage;
 pub mod step;
 mod tensor;
-mod views;
 pub use params::Params;
 pub use stage::{ImpactInputs, ImpactStage};

@@ -145,9 +145,9 @@ pub struct Impact {
 impl Artifact for Impact {
     const KIND: &'static str = "impact/1";
     fn scalars(&self) -> Vec<Scalar> {
-        crate::views::scalars(self)
+        crate::show::scalars(self)
     }
     fn views(&self) -> Vec<View> {
-        crate::views::views(self)
+        crate::show::views(self)
     }
 }
