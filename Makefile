@@ -21,7 +21,7 @@ setup-test:
 # The README's pictures, from the results of `make run`.
 pictures:
 	mkdir -p docs/pictures
-	cp "out/copper/film_al_on_cu/exposures=-20-us/Film-side-view-20-us.png" docs/pictures/al_on_cu_film.png
-	cp "out/copper/film_al_on_cu/exposures=-5-us/Phases-at-5-us.png" docs/pictures/al_on_cu_phases.png
+	cp "out/copper/film_al_on_cu/exposures=20-us/Film-side-view-20-us.png" docs/pictures/al_on_cu_film.png
+	cp "out/copper/film_al_on_cu/exposures=5-us/Phases-at-5-us.png" docs/pictures/al_on_cu_phases.png
 	cp "out/copper/film_cu_on_al/Film-side-view-2-us-3-us-5-us.png" docs/pictures/cu_on_al_film.png
 	cp out/copper/hugoniot/Hugoniot-computed-and-measured.svg docs/pictures/hugoniot.svg

@@ -296,10 +296,10 @@ fn swept_column(key: &str, points: &[Point]) -> (String, Vec<Cell>) {
     }
 }
 
-/// A file name that any system takes: letters, digits, `.`, `=`, `+`, `-` and `_`; the rest becomes `-`.
+/// A file name that any system takes: letters, digits, `.`, `=`, `-` and `_`; brackets go, the rest becomes `-`.
 fn slug(text: &str) -> String {
-    let plain = |c: char| if c.is_ascii_alphanumeric() || matches!(c, '.' | '=' | '_' | '+') { c } else { '-' };
-    let named: String = text.replace('µ', "u").chars().map(plain).collect();
+    let plain = |c: char| if c.is_ascii_alphanumeric() || matches!(c, '.' | '=' | '_') { c } else { '-' };
+    let named: String = text.replace('µ', "u").replace(['[', ']', '{', '}'], "").chars().map(plain).collect();
     let parts: Vec<&str> = named.split('-').filter(|p| !p.is_empty()).collect();
     let joined = parts.join("-");
     let joined = joined.trim_start_matches('.');
