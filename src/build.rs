@@ -2,7 +2,7 @@
 //!
 //! Counted: the token stream of every source file (comments, docs, formatting and tests are no part of it), the bytes of
 //! every other file under `src/`, the crate's features and dependencies, the workspace crates it uses, and name, version
-//! and checksum of every locked dependency. Not counted: `hvi-cache`, which knows bytes only, and files called `show.rs`
+//! and checksum of every locked dependency. Not counted: `hvi-cache`, which knows bytes only, and modules called `show`
 //! or kit's `view.rs`, which only present results that are already stored.
 use proc_macro2::{TokenStream, TokenTree};
 use quote::ToTokens;
@@ -90,7 +90,7 @@ fn digest(root: &Path, name: &str, locked: &Locked) -> Result<blake3::Hash, Fail
 
 /// Whether a source file only presents results that are already stored.
 fn shows(path: &str, package: &str) -> bool {
-    path.ends_with("/show.rs") || (package == "hvi-kit" && path == "src/view.rs")
+    path.ends_with("/show.rs") || path.contains("/show/") || (package == "hvi-kit" && path == "src/view.rs")
 }
 
 /// The parts of a manifest that may change what is compiled, with what they take from the workspace's.
@@ -311,6 +311,7 @@ mod tests {
             ("Cargo.lock", &lock.replace("\"old\"", "\"older\""), false),
             ("stages/b/src/trial.rs", "fn other() {}", false),
             ("stages/b/src/show.rs", "pub const LABEL: &str = \"y\";", false),
+            ("stages/b/src/show/words.rs", "pub const WORD: &str = \"y\";", false),
             ("stages/b/src/lib.rs", "//! Docs.\npub const X: f64 = 1.0;\n#[cfg(test)]\nmod trial;\n", false),
             ("stages/c/src/lib.rs", "pub const X: f64 = 3.0;", false),
         ] {

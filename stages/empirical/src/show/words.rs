@@ -67,7 +67,7 @@ fn meaning(r: &EtaLaw) -> String {
         }
     };
     format!(
-        "{} The artificial viscosity overheats the cells at the contact, a share of the projectile that goes as 1/N_D. Below the \
+        "{} Numerical heat, most of it of the transfer between particles and grid, melts a share of the projectile that falls with N_D. Below the \
          speed at which the projectile's matter melts on release that is all of η, and the limit for small cells is 0. At fixed N, \
          N_D grows with D/t once D is above t: γ at fixed N mostly mirrors N_D, not physics.{known}",
         resolution(&r.points)
