@@ -87,6 +87,7 @@ fn measure(flyer: (Value, Solid), target: (Value, Solid), v: f64, cells: u32) ->
 }
 
 fn check(name: &str, errors: &Errors, bounds: [f64; 5]) {
+    println!("{name}: errors of P, scatter, u, density, free surface: {:?}; drift {:.1e}", errors.0, errors.1);
     let Errors(found, drift) = errors;
     for (k, what) in ["pressure", "scatter", "velocity", "density", "free surface"].iter().enumerate() {
         assert!(found[k].abs() <= bounds[k], "{name}: {what} {:.5}, allowed {}", found[k], bounds[k]);

@@ -9,6 +9,7 @@ use hvi_impact::result::Impact;
 /// 6160 for .1 %, 6088 for 5 %, nothing faster than the impact.
 fn check(impact: &Impact) {
     let (start, end) = (&impact.ledger[0], impact.ledger.last().expect("an end"));
+    println!("{:?}: drift {:.1e}, leading .1/1/5 % {:.0?} m/s", impact.space, drift(impact), impact.leading);
     assert!(drift(impact) <= 1e-9, "drift {:e}", drift(impact));
     assert!((end.mass / start.mass - 1.0).abs() <= 1e-12);
     assert!((end.momentum / start.momentum - 1.0).abs() <= 1e-12, "momentum {:e}", end.momentum / start.momentum - 1.0);

@@ -147,6 +147,7 @@ fn energy_does_not_drift() {
             te += t * e;
         }
         let drift = te / tt / sites.len() as f64;
+        println!("{:.0} K: {drift:.1e} eV/atom/ps", system.temperature());
         assert!(drift.abs() < 1e-5, "{heat} K at the start, {:.0} K at the end: {drift:e}", system.temperature());
     }
 }

@@ -29,6 +29,7 @@ fn state(params: &Params) -> State {
 fn hot_solid_has_its_pressure() {
     let params = Params { target_error: Pressure::new(3e7), atoms: 500, ..params(0.9, 2000.0) };
     let state = state(&params);
+    println!("2000 K, 0.9 V0: {:.3} +- {:.3} GPa", state.pressure * 1e-9, state.pressure_error * 1e-9);
     assert!(state.pressure_error <= 1e8, "{}", state.pressure_error);
     assert!(
         (state.pressure - 32.5e9).abs() < 3.0 * state.pressure_error,
