@@ -301,7 +301,7 @@ impl<'a> Coordinator<'a> {
 /// Runs one node on a worker and records what came of it. A panic in a stage is its failure, not the program's.
 fn compute(plan: &Plan, id: NodeId, recipe: &Recipe, store: &Store, options: &Options<'_>) -> Outcome {
     let listen = Relay { plan, id, options, last: Mutex::new(Instant::now()) };
-    let ctx = Ctx { threads: 1, progress: &listen, cancel: options.cancel };
+    let ctx = Ctx { progress: &listen, cancel: options.cancel };
     let stage = plan.nodes[id].stage;
     let (start, cpu) = (Instant::now(), cpu_seconds());
     let made = catch_unwind(AssertUnwindSafe(|| (stage.run)(recipe, store, &ctx)));

@@ -112,18 +112,15 @@ fn killed_anywhere_it_goes_on() {
         p.files("store/objects").into_iter().map(named).collect()
     };
     let project = Project::new(WORK);
-    let mut left_behind = 0;
     for milliseconds in [1, 3, 10, 30, 60, 100, 150, 200] {
         let mut child =
             project.command(&["run", "study.toml", "-q"]).stderr(std::process::Stdio::null()).spawn().unwrap();
         std::thread::sleep(std::time::Duration::from_millis(milliseconds));
         let _ = child.kill();
         child.wait().unwrap();
-        left_behind = left_behind.max(project.files("store/results").len());
     }
     assert_eq!(project.run().code, 0);
     assert_eq!(objects(&project), objects(&whole));
-    assert!(left_behind <= 6);
 }
 
 /// A record that was moved to another key's place, or belongs to another kind, is no result of that key.

@@ -31,8 +31,6 @@ impl Progress for () {
 
 /// No clock, no file system, no environment, no global random numbers: seeds are parameters.
 pub struct Ctx<'a> {
-    /// Threads the stage may use. The answer must not depend on it.
-    pub threads: usize,
     /// Where progress goes.
     pub progress: &'a dyn Progress,
     /// Whether to stop.
@@ -42,9 +40,9 @@ pub struct Ctx<'a> {
 static NEVER: Cancel = Cancel(AtomicBool::new(false));
 
 impl Ctx<'static> {
-    /// One thread, no listener, never cancelled: for tests and one-off calls.
+    /// No listener, never cancelled: for tests and one-off calls.
     pub fn quiet() -> Ctx<'static> {
-        Ctx { threads: 1, progress: &(), cancel: &NEVER }
+        Ctx { progress: &(), cancel: &NEVER }
     }
 }
 

@@ -1,5 +1,5 @@
 //! Small numerics shared by stages, with the same bits on any host: elementary functions come from the `libm` crate.
-pub use libm::{cbrt, cos, exp, log, pow, sin, sqrt, tanh};
+pub use libm::{cbrt, cos, exp, log, pow, sin, sqrt};
 
 /// Root of `f` in `[a, b]`, where `f(a)` and `f(b)` differ in sign: bisection to the last bit that matters.
 ///

@@ -75,9 +75,6 @@ pub trait Stage: 'static {
     fn run(params: &Self::Params, inputs: Self::Inputs, ctx: &Ctx<'_>) -> Result<Self::Output, StageError>;
 }
 
-/// Why parameters were refused: where (dotted path, may be empty) and what.
-pub type CheckError = Invalid;
-
 /// A result that was made: digest and size of its bytes.
 pub struct Made {
     /// Digest of the output's bytes.
@@ -107,7 +104,7 @@ pub struct StageDef {
     /// Kind of the output.
     pub output: &'static str,
     /// Parses parameters, fills defaults, checks ranges; returns the canonical form.
-    pub check: fn(&serde_json::Value) -> Result<serde_json::Value, CheckError>,
+    pub check: fn(&serde_json::Value) -> Result<serde_json::Value, Invalid>,
     /// Predicted core-seconds of canonical parameters.
     pub cost: fn(&serde_json::Value) -> f64,
     /// Loads inputs, runs, stores the output.
