@@ -75,6 +75,7 @@ pub fn recipe(plan: &Plan, id: NodeId, output: &dyn Fn(NodeId) -> Option<Digest>
         stage: node.stage.name.into(),
         code: registry::code(node.stage),
         params: node.params.clone(),
+        engine: node.engine.clone(),
         inputs: slots.collect::<Option<_>>()?,
     })
 }
@@ -301,7 +302,7 @@ impl<'a> Coordinator<'a> {
 /// Runs one node on a worker and records what came of it. A panic in a stage is its failure, not the program's.
 fn compute(plan: &Plan, id: NodeId, recipe: &Recipe, store: &Store, options: &Options<'_>) -> Outcome {
     let listen = Relay { plan, id, options, last: Mutex::new(Instant::now()) };
-    let ctx = Ctx { progress: &listen, cancel: options.cancel };
+    let ctx = Ctx { host: &listen, cancel: options.cancel, threads: 1 };
     let stage = plan.nodes[id].stage;
     let (start, cpu) = (Instant::now(), cpu_seconds());
     let made = catch_unwind(AssertUnwindSafe(|| (stage.run)(recipe, store, &ctx)));
@@ -342,7 +343,7 @@ struct Relay<'a> {
     options: &'a Options<'a>,
     last: Mutex<Instant>,
 }
-impl hvi_kit::Progress for Relay<'_> {
+impl hvi_kit::Host for Relay<'_> {
     fn advance(&self, done: f64, of: f64, doing: &str) {
         let Ok(mut last) = self.last.try_lock() else { return };
         if last.elapsed().as_millis() >= 100 {

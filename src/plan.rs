@@ -5,6 +5,7 @@ use crate::mistake::{At, Mistake};
 use crate::pipeline::{Pipeline, Step};
 use crate::sweep;
 use crate::value::{Key, Node as Written, Table, Value};
+use hvi_kit::engine::Engine;
 use hvi_kit::{Arity, Artifact, Digest, File, Port, StageDef};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -37,6 +38,8 @@ pub struct Node {
     pub params: serde_json::Value,
     /// Inputs by dotted key.
     pub inputs: BTreeMap<String, Input>,
+    /// Version of the program outside that computes it, if one does.
+    pub engine: Option<String>,
     /// Predicted core-seconds.
     pub cost: f64,
 }
@@ -61,6 +64,8 @@ pub struct Plan {
     pub nodes: Vec<Node>,
     /// Contents of the files named as inputs, encoded as artifacts.
     pub files: BTreeMap<Digest, Vec<u8>>,
+    /// Versions of the programs outside that some node calls.
+    pub engines: BTreeMap<&'static str, String>,
 }
 
 impl Plan {
@@ -86,7 +91,7 @@ impl Plan {
 /// The first [`Mistake`]: unknown names, cycles, ports that don't fit, parameters that are refused, files that can't be read.
 pub fn plan(pipeline: &Pipeline, only: &[String]) -> Result<Plan, Mistake> {
     let order = order(pipeline, &wanted(pipeline, only)?)?;
-    let mut plan = Plan { steps: Vec::new(), nodes: Vec::new(), files: BTreeMap::new() };
+    let mut plan = Plan { steps: Vec::new(), nodes: Vec::new(), files: BTreeMap::new(), engines: BTreeMap::new() };
     for i in order {
         let step = &pipeline.steps[i];
         let first = plan.nodes.len();
@@ -238,7 +243,20 @@ impl Builder<'_> {
         let params = (stage.check)(&value.json()).map_err(|e| self.refused(&params, &e.key, &e.why))?;
         let cost = (stage.cost)(&params);
         let swept = point.iter().map(|(k, v)| (k.text.clone(), v.label())).collect();
-        Ok(Node { step: self.plan.steps.len(), point: sweep::label(point), swept, stage, params, inputs, cost })
+        let engine = (stage.engine)(&params).map(|engine| self.version(engine)).transpose()?;
+        Ok(Node { step: self.plan.steps.len(), point: sweep::label(point), swept, stage, params, inputs, engine, cost })
+    }
+
+    /// The version of a program outside, asked once a plan.
+    fn version(&mut self, engine: &'static Engine) -> Result<String, Mistake> {
+        if let Some(known) = self.plan.engines.get(engine.program) {
+            return Ok(known.clone());
+        }
+        let of = format!("step `{}` ({})", self.step.name, self.step.stage.name);
+        let version =
+            engine.version().map_err(|e| Mistake::new(format!("{of}: {e}")).at(&self.step.at, "needs this program"))?;
+        self.plan.engines.insert(engine.program, version.clone());
+        Ok(version)
     }
 
     /// Takes references and input files out of `table` into `inputs`.

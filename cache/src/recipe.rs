@@ -24,6 +24,9 @@ pub struct Recipe {
     pub code: Digest,
     /// Parameters after defaults and unit conversion.
     pub params: Value,
+    /// Version of the program outside that computes it, if one does.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub engine: Option<String>,
     /// Inputs by the content of what is plugged in.
     pub inputs: BTreeMap<String, Slot>,
 }
@@ -51,6 +54,9 @@ impl Recipe {
         leaf("stage", 's', &self.stage);
         leaf("code", 'd', &self.code.to_string());
         walk_value("params", &self.params, leaf);
+        if let Some(version) = &self.engine {
+            leaf("engine", 's', version);
+        }
         for (port, slot) in &self.inputs {
             match slot {
                 Slot::One(d) => leaf(&format!("inputs.{port}"), 'd', &d.to_string()),
@@ -126,6 +132,7 @@ mod tests {
             stage: "md".into(),
             code: Digest::of(b"code"),
             params: json!({"atoms": 500, "temperature": "300.0 K", "list": [1, 2]}),
+            engine: None,
             inputs: [("a".into(), Slot::One(Digest::of(b"a"))), ("b".into(), Slot::Many(vec![Digest::of(b"b")]))]
                 .into(),
         }
@@ -146,6 +153,7 @@ mod tests {
         assert_eq!(changed(|r| r.params["atoms"] = json!(256)), "params.atoms");
         assert_eq!(changed(|r| r.params["atoms"] = json!("500")), "params.atoms",);
         assert_eq!(changed(|r| r.params["list"] = json!([2, 1])), "params.list[0]");
+        assert_eq!(changed(|r| r.engine = Some("29 Sep 2021".into())), "engine");
         assert_eq!(changed(|r| drop(r.inputs.insert("a".into(), Slot::One(Digest::of(b"z"))))), "inputs.a");
         assert_eq!(changed(|r| drop(r.inputs.insert("b".into(), Slot::Many(vec![])))), "inputs.b");
     }

@@ -1,4 +1,5 @@
 //! The one trait that makes a stage, and its type-erased form.
+use crate::engine::{Engine, EngineError};
 use crate::view::{Scalar, View};
 use crate::{Artifact, Cancelled, Ctx, Inputs, LoadError, Port};
 use hvi_cache::{Digest, Recipe, Store, StoreError};
@@ -18,6 +19,14 @@ pub enum StageError {
     /// time, particle), what, what was allowed, and what to do next.
     #[error("{0}")]
     Physics(String),
+}
+impl From<EngineError> for StageError {
+    fn from(e: EngineError) -> StageError {
+        match e {
+            EngineError::Cancelled(c) => StageError::Cancelled(c),
+            other => StageError::Physics(other.to_string()),
+        }
+    }
 }
 impl StageError {
     /// A failure of the physics, from any error that says where and what.
@@ -68,11 +77,35 @@ pub trait Stage: 'static {
         0.1
     }
 
+    /// Threads and memory one run can use; never enters a result.
+    fn needs(_params: &Self::Params) -> Needs {
+        Needs::default()
+    }
+
+    /// The program outside that computes these parameters, if one does: its version enters the key.
+    fn engine(_params: &Self::Params) -> Option<&'static Engine> {
+        None
+    }
+
     /// Computes the output.
     ///
     /// # Errors
     /// [`StageError`] where the physics fails, or the run is cancelled.
     fn run(params: &Self::Params, inputs: Self::Inputs, ctx: &Ctx<'_>) -> Result<Self::Output, StageError>;
+}
+
+/// What a node asks of the machine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Needs {
+    /// Threads it can use with profit, 1 or more.
+    pub threads: usize,
+    /// Memory at its peak [B].
+    pub memory: u64,
+}
+impl Default for Needs {
+    fn default() -> Needs {
+        Needs { threads: 1, memory: 64 << 20 }
+    }
 }
 
 /// A result that was made: digest and size of its bytes.
@@ -107,6 +140,10 @@ pub struct StageDef {
     pub check: fn(&serde_json::Value) -> Result<serde_json::Value, Invalid>,
     /// Predicted core-seconds of canonical parameters.
     pub cost: fn(&serde_json::Value) -> f64,
+    /// Threads and memory for canonical parameters.
+    pub needs: fn(&serde_json::Value) -> Needs,
+    /// The program outside for canonical parameters.
+    pub engine: fn(&serde_json::Value) -> Option<&'static Engine>,
     /// Loads inputs, runs, stores the output.
     pub run: fn(&Recipe, &Store, &Ctx<'_>) -> Result<Made, StageError>,
     /// Shows a stored output.
@@ -129,6 +166,8 @@ impl StageDef {
                 Ok(serde_json::to_value(params).expect("parameters are plain data"))
             },
             cost: |value| serde_json::from_value(value.clone()).map_or(0.1, |p| S::cost(&p)),
+            needs: |value| serde_json::from_value(value.clone()).map_or_else(|_| Needs::default(), |p| S::needs(&p)),
+            engine: |value| serde_json::from_value(value.clone()).ok().and_then(|p| S::engine(&p)),
             run: |recipe, store, ctx| {
                 let params = serde_json::from_value(recipe.params.clone()).expect("checked when it was planned");
                 let inputs = S::Inputs::load(&recipe.inputs, store)?;
