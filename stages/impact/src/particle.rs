@@ -1,13 +1,17 @@
 //! A material point.
+use serde::{Deserialize, Serialize};
 
 /// A material point in `D` dimensions; tensors are always 3 x 3 (in (r, z) the third axis is the hoop).
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Particle<const D: usize> {
     /// Position [m]; `[axis, radius]` in axisymmetry.
+    #[serde(with = "padded")]
     pub position: [f64; D],
     /// Velocity [m/s].
+    #[serde(with = "padded")]
     pub velocity: [f64; D],
     /// Affine part of the velocity field around the particle [1/s], `[component][axis]`.
+    #[serde(with = "padded::square")]
     pub affine: [[f64; D]; D],
     /// Mass [kg]: per square metre in one dimension, per radian in axisymmetry.
     pub mass: f64,
@@ -95,5 +99,30 @@ impl<const D: usize> Particle<D> {
         let speed2: f64 = self.velocity.iter().map(|v| v * v).sum();
         let affine2: f64 = self.affine.iter().flatten().map(|c| c * c).sum();
         0.5 * self.mass * (speed2 + crate::kernel::MOMENT * cell * cell * affine2)
+    }
+}
+
+/// Arrays of `D` numbers in a checkpoint: filled up with zeros to 3, since serde knows no arrays of a length to be chosen.
+mod padded {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    fn fill<T: Copy, const D: usize>(short: &[T; D], zero: T) -> [T; 3] {
+        std::array::from_fn(|i| if i < D { short[i] } else { zero })
+    }
+    pub fn serialize<S: Serializer, const D: usize>(x: &[f64; D], to: S) -> Result<S::Ok, S::Error> {
+        fill(x, 0.0).serialize(to)
+    }
+    pub fn deserialize<'a, S: Deserializer<'a>, const D: usize>(from: S) -> Result<[f64; D], S::Error> {
+        <[f64; 3]>::deserialize(from).map(|x| std::array::from_fn(|i| x[i]))
+    }
+    /// The same for `D` by `D` numbers.
+    pub mod square {
+        use super::*;
+        pub fn serialize<S: Serializer, const D: usize>(x: &[[f64; D]; D], to: S) -> Result<S::Ok, S::Error> {
+            fill(&x.map(|row| fill(&row, 0.0)), [0.0; 3]).serialize(to)
+        }
+        pub fn deserialize<'a, S: Deserializer<'a>, const D: usize>(from: S) -> Result<[[f64; D]; D], S::Error> {
+            <[[f64; 3]; 3]>::deserialize(from).map(|x| std::array::from_fn(|i| std::array::from_fn(|j| x[i][j])))
+        }
     }
 }

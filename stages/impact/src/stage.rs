@@ -6,7 +6,8 @@ use crate::scene::{self, Layout};
 use crate::step::{Setting, State, Stop};
 use crate::{ledger, melt};
 use hvi_eos::{Eos, EosResult};
-use hvi_kit::{Ctx, Invalid, Places, Stage, StageError};
+use hvi_kit::{Ctx, Invalid, Needs, Places, Stage, StageError};
+use serde::{Deserialize, Serialize};
 
 hvi_kit::inputs! {
     /// Fitted equations of state, where a body names one.
@@ -43,6 +44,19 @@ impl Stage for ImpactStage {
         steps * scene::count(params, &layout) * per_step
     }
 
+    fn needs(params: &Params) -> Needs {
+        let layout = Layout::of(params);
+        // The particles with their work space, the nodes around them (few share a block where debris is thin), and what is kept
+        // of them at each output time, twice while it is encoded.
+        let (held, kept): (f64, f64) = match params.space {
+            SpaceChoice::Line => (1200.0, 2.0 * KEPT),
+            SpaceChoice::Axisymmetric => (1600.0, 2.0 * KEPT),
+            _ => (2500.0, 2.0 * KEPT),
+        };
+        let each = held + kept * (params.times.len() + 1) as f64;
+        Needs { threads: 1, memory: (8 << 20) + (scene::count(params, &layout) * each) as u64 }
+    }
+
     fn run(params: &Params, inputs: ImpactInputs, ctx: &Ctx<'_>) -> Result<Impact, StageError> {
         match params.space {
             SpaceChoice::Line => run::<1>(params, inputs, ctx),
@@ -54,33 +68,47 @@ impl Stage for ImpactStage {
 
 /// Times between the start and the end at which the ledger is kept.
 const ENTRIES: usize = 100;
+/// Size of a particle in a snapshot [B].
+const KEPT: f64 = 51.0;
 /// Largest energy drift a run may end with: a thousand times what rounding makes of 1e6 particles and 1e4 steps.
 const DRIFT: f64 = 1e-8;
+
+/// A run under way and what it has to show so far: what a checkpoint holds.
+#[derive(Serialize, Deserialize)]
+struct Progress<const D: usize> {
+    state: State<D>,
+    bodies: Vec<Body>,
+    entries: Vec<Ledger>,
+    snapshots: Vec<Snapshot>,
+    next_entry: usize,
+}
 
 fn run<const D: usize>(params: &Params, inputs: ImpactInputs, ctx: &Ctx<'_>) -> Result<Impact, StageError> {
     let layout = Layout::of(params);
     let eos = equations_of_state(params, inputs);
     let densities = [0, 1].map(|b: usize| 1.0 / eos[b].reference_volume());
     let setting = setting::<D>(params, &layout, eos);
-    let mut state = State::new(scene::particles::<D>(params, &layout, densities), &setting);
-    let bodies = bodies(params, &state, layout.multiple, densities);
     let entry = |state: &State<D>, start: Option<&Ledger>| ledger::entry(state, &setting, layout.multiple, start);
-    let mut entries = vec![entry(&state, None)];
-    let mut snapshots: Vec<Snapshot> = Vec::new();
-    let mut next_entry = 1;
-    for until in output_times(params, layout.end) {
-        while state.time < until {
-            state.step(&setting, until).map_err(|stop| failure(&stop, &state, &setting))?;
-            ctx.tick(state.time, layout.end, "stepping")?;
-            if state.time >= layout.end * next_entry as f64 / ENTRIES as f64 || state.time >= until {
-                next_entry = 1 + (ENTRIES as f64 * state.time / layout.end) as usize;
-                entries.push(entry(&state, Some(&entries[0])));
-                check_drift(entries.last().expect("just pushed"))?;
+    let mut run: Progress<D> = ctx.resume().unwrap_or_else(|| {
+        let state = State::new(scene::particles::<D>(params, &layout, densities), &setting);
+        let bodies = bodies(params, &state, layout.multiple, densities);
+        Progress { entries: vec![entry(&state, None)], bodies, state, snapshots: Vec::new(), next_entry: 1 }
+    });
+    for until in output_times(params, layout.end).split_off(run.snapshots.len()) {
+        while run.state.time < until {
+            run.state.step(&setting, until).map_err(|stop| failure(&stop, &run.state, &setting))?;
+            if run.state.time >= layout.end * run.next_entry as f64 / ENTRIES as f64 || run.state.time >= until {
+                run.next_entry = 1 + (ENTRIES as f64 * run.state.time / layout.end) as usize;
+                run.entries.push(entry(&run.state, Some(&run.entries[0])));
+                check_drift(run.entries.last().expect("just pushed"))?;
             }
+            ctx.save(|| &run);
+            ctx.tick(run.state.time, layout.end, "stepping")?;
         }
         let space = scene::space(params.space);
-        snapshots.push(melt::snapshot(&state, &setting, space, layout.multiple, bodies[0].mass));
+        run.snapshots.push(melt::snapshot(&run.state, &setting, space, layout.multiple, run.bodies[0].mass));
     }
+    let Progress { state, bodies, entries, snapshots, .. } = run;
     let leading = [0.001, 0.01, 0.05].map(|share| ledger::leading(&state.particles, 0, share));
     let size = params.projectile.size().min(params.plate.thickness.si());
     Ok(Impact {

@@ -7,6 +7,7 @@ use crate::material::Law;
 use crate::p2g::Work;
 use crate::particle::Particle;
 use crate::{g2p, grid_update, p2g};
+use serde::{Deserialize, Serialize};
 
 /// What stays the same through a run.
 pub struct Setting<const D: usize> {
@@ -31,7 +32,7 @@ impl<const D: usize> Setting<D> {
 }
 
 /// Accounts and records since the start, per the particles' mass unit.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Totals {
     /// Heat of artificial viscosity [J].
     pub viscous: f64,
@@ -47,7 +48,8 @@ pub struct Totals {
     pub least_ratio: f64,
 }
 
-/// A run under way.
+/// A run under way; what only lives within a step is not part of its checkpoints.
+#[derive(Serialize, Deserialize)]
 pub struct State<const D: usize> {
     /// Time [s].
     pub time: f64,
@@ -61,8 +63,11 @@ pub struct State<const D: usize> {
     pub particles: Vec<Particle<D>>,
     /// Accounts.
     pub totals: Totals,
+    #[serde(skip)]
     grid: Grid<D>,
+    #[serde(skip)]
     slots: Vec<u32>,
+    #[serde(skip)]
     work: Vec<Work<D>>,
     cut: f64,
 }

@@ -3,8 +3,10 @@ mod common;
 use common::{aluminium, copper, drift, run, s1, try_run};
 use hvi_impact::result::Impact;
 use hvi_impact::{ImpactStage, Params};
-use hvi_kit::{Artifact, Ctx, Stage};
+use hvi_kit::{Artifact, Cancel, Ctx, Host, Stage, StageError};
 use serde_json::{Value, json};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// A small sphere on a small plate in three dimensions.
 fn tiny(space: &str) -> Value {
@@ -55,6 +57,52 @@ fn repeatable() {
             both.map(|thread| thread.join().expect("runs")).into()
         });
         assert!(once == a && once == b);
+    }
+}
+
+/// Keeps what it is given; asks for a stop once it has been told of `stop` steps.
+struct Keeper {
+    kept: Mutex<Option<Vec<u8>>>,
+    told: AtomicUsize,
+    stop: usize,
+    cancel: Cancel,
+}
+impl Host for Keeper {
+    fn advance(&self, _: f64, _: f64, _: &str) {
+        if self.told.fetch_add(1, Ordering::Relaxed) + 1 == self.stop {
+            self.cancel.set();
+        }
+    }
+    fn keep(&self, bytes: &[u8]) {
+        *self.kept.lock().unwrap() = Some(bytes.to_vec());
+    }
+    fn kept(&self) -> Option<Vec<u8>> {
+        self.kept.lock().unwrap().clone()
+    }
+}
+
+/// A run that is stopped after `stop` steps and taken up again leaves the bits of a straight one, in every space, also when
+/// it is stopped at an output time (on a line it is stopped after each of its steps).
+#[test]
+fn resumed_is_the_same() {
+    let mut line = common::planar(aluminium(), copper(), 5000.0, 20, &[0.6e-6], 1.2e-6);
+    line["strength"] = json!(true);
+    let (mut plane, mut quarter) = (s1("axisymmetric", 2, "1.2 us"), tiny("quarter"));
+    (plane["times"], quarter["times"]) = (json!(["0.6 us"]), json!(["0.6 us"]));
+    for (params, every) in [(line, 1), (plane, 13), (quarter, 20)] {
+        let straight = run(params.clone());
+        let steps = straight.ledger.last().unwrap().step as usize;
+        let straight = straight.encode();
+        assert!(steps > every + 1, "{steps} steps");
+        for stop in (every..steps).step_by(every) {
+            let keeper = Keeper { kept: Mutex::new(None), told: AtomicUsize::new(0), stop, cancel: Cancel::default() };
+            let ctx = Ctx { host: &keeper, cancel: &keeper.cancel, threads: 1 };
+            let stopped = try_run(params.clone(), &ctx);
+            assert!(matches!(stopped, Err(StageError::Cancelled(_))), "stopped after {stop} steps");
+            let ctx = Ctx { host: &keeper, ..Ctx::quiet() };
+            let resumed = try_run(params.clone(), &ctx).expect("runs on").encode();
+            assert!(resumed == straight, "other bits after a stop at step {stop}");
+        }
     }
 }
 
