@@ -240,11 +240,24 @@ impl Builder<'_> {
             }
         }
         let value = Value { node: Written::Table(plain), at: self.step.at.clone() };
-        let params = (stage.check)(&value.json()).map_err(|e| self.refused(&params, &e.key, &e.why))?;
+        let written = params;
+        let params = (stage.check)(&value.json()).map_err(|e| self.refused(&written, &e.key, &e.why))?;
+        let files = self.files(&inputs);
+        (stage.check_files)(&params, &files).map_err(|e| self.refused(&written, &e.key, &e.why))?;
         let cost = (stage.cost)(&params);
         let swept = point.iter().map(|(k, v)| (k.text.clone(), v.label())).collect();
         let engine = (stage.engine)(&params).map(|engine| self.version(engine)).transpose()?;
         Ok(Node { step: self.plan.steps.len(), point: sweep::label(point), swept, stage, params, inputs, engine, cost })
+    }
+
+    /// The files among `inputs`, by dotted key.
+    fn files(&self, inputs: &BTreeMap<String, Input>) -> BTreeMap<String, File> {
+        let content = |digest: &Digest| File::decode(&self.plan.files[digest]).expect("encoded when it was read");
+        let file = |(key, input): (&String, &Input)| match input {
+            Input::File(digest) => Some((key.clone(), content(digest))),
+            Input::One(_) | Input::Many(_) => None,
+        };
+        inputs.iter().filter_map(file).collect()
     }
 
     /// The version of a program outside, asked once a plan.

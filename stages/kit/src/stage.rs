@@ -1,9 +1,10 @@
 //! The one trait that makes a stage, and its type-erased form.
 use crate::engine::{Engine, EngineError};
 use crate::view::{Scalar, View};
-use crate::{Artifact, Cancelled, Ctx, Inputs, LoadError, Port};
+use crate::{Artifact, Cancelled, Ctx, File, Inputs, LoadError, Port};
 use hvi_cache::{Digest, Recipe, Store, StoreError};
 use serde::{Serialize, de::DeserializeOwned};
+use std::collections::BTreeMap;
 
 /// Why a stage has no result.
 #[derive(Debug, thiserror::Error)]
@@ -69,6 +70,14 @@ pub trait Stage: 'static {
     /// # Errors
     /// The first parameter that is out of its range.
     fn check(_params: &Self::Params) -> Result<(), Invalid> {
+        Ok(())
+    }
+
+    /// Checks the files among the inputs, by dotted key, together with the parameters, before anything runs.
+    ///
+    /// # Errors
+    /// The key of the first file that is no good, or of the parameter that asks for one that is not there.
+    fn check_files(_params: &Self::Params, _files: &BTreeMap<String, File>) -> Result<(), Invalid> {
         Ok(())
     }
 
@@ -138,6 +147,8 @@ pub struct StageDef {
     pub output: &'static str,
     /// Parses parameters, fills defaults, checks ranges; returns the canonical form.
     pub check: fn(&serde_json::Value) -> Result<serde_json::Value, Invalid>,
+    /// Checks the files among the inputs, by dotted key, against canonical parameters.
+    pub check_files: fn(&serde_json::Value, &BTreeMap<String, File>) -> Result<(), Invalid>,
     /// Predicted core-seconds of canonical parameters.
     pub cost: fn(&serde_json::Value) -> f64,
     /// Threads and memory for canonical parameters.
@@ -164,6 +175,10 @@ impl StageDef {
                     .map_err(|e| Invalid { key: e.path().to_string(), why: e.into_inner().to_string() })?;
                 S::check(&params)?;
                 Ok(serde_json::to_value(params).expect("parameters are plain data"))
+            },
+            check_files: |value, files| {
+                let params = serde_json::from_value(value.clone()).expect("it is canonical");
+                S::check_files(&params, files)
             },
             cost: |value| serde_json::from_value(value.clone()).map_or(0.1, |p| S::cost(&p)),
             needs: |value| serde_json::from_value(value.clone()).map_or_else(|_| Needs::default(), |p| S::needs(&p)),
