@@ -12,8 +12,8 @@ pub struct Forces<'a> {
     pub tables: &'a Tables,
     /// Which pairs to look at.
     pub list: &'a List,
-    /// Edge of the periodic box [angstrom].
-    pub edge: f64,
+    /// Edges of the periodic box [angstrom].
+    pub edges: [f64; 3],
     /// x, y, z [angstrom] and, on return, F' [eV]: `[atoms + 1]`.
     pub position: &'a mut [[f64; 4]],
     /// Forces [eV/angstrom], last component 0: `[atoms + 1]`.
@@ -31,8 +31,8 @@ pub struct Forces<'a> {
 pub struct Sums {
     /// Potential energy [eV].
     pub energy: f64,
-    /// Sum of r.F over pairs [eV].
-    pub virial: f64,
+    /// Sum of r F over pairs, by axis [eV].
+    pub virial: [f64; 3],
     /// Least distance squared of any pair [angstrom2], 1e300 where there is none.
     pub nearest2: f64,
     /// First atom whose density is off the table.
@@ -50,14 +50,21 @@ impl Kernel for Forces<'_> {
     }
 }
 
-/// Nearest image of `at - other`, by component, and its square.
+/// Nearest image of `at - other`, by component.
 #[inline(always)]
-fn apart<L: Lanes>(l: L, at: [L::F; 3], other: [L::F; 4], [edge, per_edge]: [L::F; 2]) -> ([L::F; 3], L::F) {
+fn apart<L: Lanes>(l: L, at: [L::F; 3], other: [L::F; 4], periodic: [[L::F; 2]; 3]) -> [L::F; 3] {
     let (x, y, z) = (l.sub(at[0], other[0]), l.sub(at[1], other[1]), l.sub(at[2], other[2]));
-    let x = l.fnma(l.round(l.mul(x, per_edge)), edge, x);
-    let y = l.fnma(l.round(l.mul(y, per_edge)), edge, y);
-    let z = l.fnma(l.round(l.mul(z, per_edge)), edge, z);
-    ([x, y, z], l.fma(z, z, l.fma(y, y, l.mul(x, x))))
+    let [[a, per_a], [b, per_b], [c, per_c]] = periodic;
+    let x = l.fnma(l.round(l.mul(x, per_a)), a, x);
+    let y = l.fnma(l.round(l.mul(y, per_b)), b, y);
+    [x, y, l.fnma(l.round(l.mul(z, per_c)), c, z)]
+}
+
+/// Edges of the box and what is 1 over them, for [`apart`].
+#[inline(always)]
+fn periodic<L: Lanes>(l: L, edges: [f64; 3]) -> [[L::F; 2]; 3] {
+    let [a, b, c] = edges;
+    [[l.splat(a), l.splat(1.0 / a)], [l.splat(b), l.splat(1.0 / b)], [l.splat(c), l.splat(1.0 / c)]]
 }
 
 /// phi, phi'/r, f, f'/r of eight distances squared, which are below [`Tables::beyond`].
@@ -81,7 +88,7 @@ impl Forces<'_> {
     #[inline(always)]
     fn densities<L: Lanes>(&mut self, l: L) -> (f64, f64) {
         self.density.fill(0.0);
-        let periodic = [l.splat(self.edge), l.splat(1.0 / self.edge)];
+        let periodic = periodic(l, self.edges);
         let (cutoff2, beyond) = (l.splat(self.tables.cutoff2), l.splat(self.tables.beyond));
         let (mut energy, mut nearest2) = (l.splat(0.0), l.splat(1e300));
         for i in 0..self.position.len() - 1 {
@@ -90,7 +97,8 @@ impl Forces<'_> {
             let mut sum = l.splat(0.0);
             for v in self.list.start[i] as usize..self.list.start[i + 1] as usize {
                 let neighbours = &self.list.vectors[v];
-                let (_, r2) = apart(l, at, l.gather(self.position, neighbours), periodic);
+                let [x, y, z] = apart(l, at, l.gather(self.position, neighbours), periodic);
+                let r2 = l.fma(z, z, l.fma(y, y, l.mul(x, x)));
                 let active = l.less(r2, cutoff2) != 0;
                 self.active[v] = active;
                 if !active {
@@ -127,12 +135,12 @@ impl Forces<'_> {
         (energy, off)
     }
 
-    /// Pass two: forces; returns the virial.
+    /// Pass two: forces; returns the virial by axis.
     #[inline(always)]
-    fn forces<L: Lanes>(&mut self, l: L) -> f64 {
+    fn forces<L: Lanes>(&mut self, l: L) -> [f64; 3] {
         self.force.fill([0.0; 4]);
-        let periodic = [l.splat(self.edge), l.splat(1.0 / self.edge)];
-        let (zero, mut virial) = (l.splat(0.0), l.splat(0.0));
+        let periodic = periodic(l, self.edges);
+        let (zero, mut virial) = (l.splat(0.0), [l.splat(0.0); 3]);
         for i in 0..self.position.len() - 1 {
             let [x, y, z, slope] = self.position[i];
             let at = [l.splat(x), l.splat(y), l.splat(z)];
@@ -144,12 +152,12 @@ impl Forces<'_> {
                 }
                 let neighbours = &self.list.vectors[v];
                 let other = l.gather(self.position, neighbours);
-                let (d, r2) = apart(l, at, other, periodic);
+                let d = apart(l, at, other, periodic);
                 let (phi_slope, f_slope) = (l.load(&self.kept[v][0]), l.load(&self.kept[v][1]));
                 // what was looked up past the cut-off is exactly 0, and so are these
                 let pull = l.sub(zero, l.fma(l.add(slope, other[3]), f_slope, phi_slope));
-                virial = l.fma(pull, r2, virial);
                 let f = [l.mul(pull, d[0]), l.mul(pull, d[1]), l.mul(pull, d[2])];
+                virial = [l.fma(f[0], d[0], virial[0]), l.fma(f[1], d[1], virial[1]), l.fma(f[2], d[2], virial[2])];
                 sum = [l.add(sum[0], f[0]), l.add(sum[1], f[1]), l.add(sum[2], f[2])];
                 l.scatter_sub(self.force, neighbours, f);
             }
@@ -157,6 +165,6 @@ impl Forces<'_> {
                 self.force[i][k] += l.sum(sum[k]);
             }
         }
-        l.sum(virial)
+        [l.sum(virial[0]), l.sum(virial[1]), l.sum(virial[2])]
     }
 }

@@ -11,12 +11,17 @@ pub const NEAREST: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
 /// Sites of `cells`^3 cubic cells of edge `edge` [angstrom], x fastest by cell: `[4 cells^3][3]`.
 pub fn sites(cells: usize, edge: f64) -> Vec<[f64; 3]> {
-    let mut sites = Vec::with_capacity(4 * cells * cells * cells);
-    for z in 0..cells {
-        for y in 0..cells {
-            for x in 0..cells {
+    block([cells; 3], [edge; 3])
+}
+
+/// Sites of a block of `cells` cells of edges `edges` [angstrom] along x, y and z, x fastest by cell: `[4 cells][3]`.
+pub fn block(cells: [usize; 3], edges: [f64; 3]) -> Vec<[f64; 3]> {
+    let mut sites = Vec::with_capacity(4 * cells[0] * cells[1] * cells[2]);
+    for z in 0..cells[2] {
+        for y in 0..cells[1] {
+            for x in 0..cells[0] {
                 let corner = [x as f64, y as f64, z as f64];
-                sites.extend(BASIS.map(|b| [0, 1, 2].map(|k| (corner[k] + b[k]) * edge)));
+                sites.extend(BASIS.map(|b| [0, 1, 2].map(|k| (corner[k] + b[k]) * edges[k])));
             }
         }
     }

@@ -3,8 +3,9 @@
 //! `params.rs` what is asked; `run.rs` a run from beginning to end; `state.rs` what comes out; `potential/` formulas, one
 //! file each; `table.rs` the same as tables; `lattice.rs` the crystal at rest; `lanes/` eight doubles at a time;
 //! `neighbor.rs` who is near whom; `force.rs` energy and forces; `system.rs` the atoms and their motion; `thermostat.rs`
-//! the heat bath; `averaging.rs` means and errors; `order.rs` solid or liquid; `fault.rs` what can go wrong.
+//! the heat bath; `barostat.rs` walls under pressure; `averaging.rs` means and errors; `order.rs` solid or liquid; `fault.rs` what can go wrong.
 pub mod averaging;
+pub mod barostat;
 mod fault;
 mod force;
 pub mod lanes;

@@ -13,11 +13,11 @@ pub struct List {
     pub vectors: Vec<[u32; 8]>,
 }
 
-/// Cubic cells over the periodic box, cell `(z m + y) m + x`, and the atoms in them.
+/// Cells over the periodic box, cell `(z m_y + y) m_x + x`, and the atoms in them.
 #[derive(Clone, Debug)]
 pub struct Cells {
-    /// Cells along an edge.
-    per_edge: usize,
+    /// Cells along each edge.
+    per_edge: [usize; 3],
     /// Atoms of cell c, after sorting: `first[c]..first[c + 1]`.
     first: Vec<u32>,
     /// The old index of each sorted atom.
@@ -25,16 +25,18 @@ pub struct Cells {
 }
 
 impl Cells {
-    /// Sorts atoms at `position`, all within `[0, edge)`, into cells of at least half of `reach`.
-    pub fn sort(position: &[[f64; 4]], edge: f64, reach: f64) -> Cells {
-        let m = ((2.0 * edge / reach) as usize).max(1);
-        let along = |x: f64| ((x / edge * m as f64) as usize).min(m - 1);
-        let cell: Vec<usize> = position.iter().map(|p| (along(p[2]) * m + along(p[1])) * m + along(p[0])).collect();
-        let mut first = vec![0u32; m * m * m + 1];
+    /// Sorts atoms at `position`, all within `[0, edges)`, into cells of at least half of `reach`.
+    pub fn sort(position: &[[f64; 4]], edges: [f64; 3], reach: f64) -> Cells {
+        let m = edges.map(|edge| ((2.0 * edge / reach) as usize).max(1));
+        let along = |p: &[f64; 4], k: usize| ((p[k] / edges[k] * m[k] as f64) as usize).min(m[k] - 1);
+        let index = |p: &[f64; 4]| (along(p, 2) * m[1] + along(p, 1)) * m[0] + along(p, 0);
+        let cell: Vec<usize> = position.iter().map(index).collect();
+        let all = m[0] * m[1] * m[2];
+        let mut first = vec![0u32; all + 1];
         for &c in &cell {
             first[c + 1] += 1;
         }
-        for c in 0..m * m * m {
+        for c in 0..all {
             first[c + 1] += first[c];
         }
         let (mut next, mut order) = (first.clone(), vec![0; position.len()]);
@@ -45,9 +47,9 @@ impl Cells {
         Cells { per_edge: m, first, order }
     }
 
-    /// Indices along one axis that can hold neighbours of cell `c`: itself, two below, and two above unless `below_only`.
-    fn range(&self, c: usize, below_only: bool) -> Vec<usize> {
-        let m = self.per_edge;
+    /// Indices along axis `axis` that can hold neighbours of cell `c`: itself, two below, and two above unless `below_only`.
+    fn range(&self, axis: usize, c: usize, below_only: bool) -> Vec<usize> {
+        let m = self.per_edge[axis];
         if m < 5 {
             return (0..m).collect();
         }
@@ -60,11 +62,11 @@ impl Cells {
     /// Runs of sorted atoms that can be in the rows of cell (x, y, z), in ascending order.
     fn runs(&self, [x, y, z]: [usize; 3], runs: &mut Vec<(u32, u32)>) {
         runs.clear();
-        let (xs, ys) = (self.range(x, false), self.range(y, false));
-        for cz in self.range(z, true) {
+        let (xs, ys) = (self.range(0, x, false), self.range(1, y, false));
+        for cz in self.range(2, z, true) {
             for &cy in &ys {
                 for &cx in &xs {
-                    let c = (cz * self.per_edge + cy) * self.per_edge + cx;
+                    let c = (cz * self.per_edge[1] + cy) * self.per_edge[0] + cx;
                     let run = (self.first[c], self.first[c + 1]);
                     match runs.last_mut() {
                         Some(last) if last.1 == run.0 => last.1 = run.1,
@@ -87,8 +89,8 @@ pub struct Build<'a> {
     pub position: &'a [[f64; 4]],
     /// Their cells.
     pub cells: &'a Cells,
-    /// Edge of the periodic box [angstrom].
-    pub edge: f64,
+    /// Edges of the periodic box [angstrom].
+    pub edges: [f64; 3],
     /// Cut-off and cut-off with skin, squared [angstrom2].
     pub squares: [f64; 2],
 }
@@ -101,25 +103,26 @@ impl Kernel for Build<'_> {
         // NaN past the end: compares as out of reach
         let axis = |k: usize| self.position[..n].iter().map(|p| p[k]).chain([f64::NAN; 8]).collect::<Vec<f64>>();
         let axes = [axis(0), axis(1), axis(2)];
-        let (edge, per_edge) = (l.splat(self.edge), l.splat(1.0 / self.edge));
+        let [ex, ey, ez] = self.edges;
+        let (along_x, along_y) = ([l.splat(ex), l.splat(1.0 / ex)], [l.splat(ey), l.splat(1.0 / ey)]);
+        let along_z = [l.splat(ez), l.splat(1.0 / ez)];
         let (near2, far2, zero) = (l.splat(self.squares[0]), l.splat(self.squares[1]), l.splat(0.0));
         let (mut near, mut far) = (vec![0u32; n + 8], vec![0u32; n + 8]);
         let (mut runs, m) = (Vec::new(), self.cells.per_edge);
         self.list.start.clear();
         self.list.vectors.clear();
         self.list.start.push(0);
-        for c in 0..m * m * m {
-            self.cells.runs([c % m, c / m % m, c / m / m], &mut runs);
+        for c in 0..m[0] * m[1] * m[2] {
+            self.cells.runs([c % m[0], c / m[0] % m[1], c / m[0] / m[1]], &mut runs);
             for i in self.cells.first[c] as usize..self.cells.first[c + 1] as usize {
                 let at = [l.splat(axes[0][i]), l.splat(axes[1][i]), l.splat(axes[2][i])];
                 let (mut nears, mut fars) = (0, 0);
                 for &(from, to) in &runs {
                     let mut j = from;
                     while j < to {
-                        let periodic = [edge, per_edge];
-                        let dx = nearest_image(l, at[0], eight(&axes[0], j as usize), periodic);
-                        let dy = nearest_image(l, at[1], eight(&axes[1], j as usize), periodic);
-                        let dz = nearest_image(l, at[2], eight(&axes[2], j as usize), periodic);
+                        let dx = nearest_image(l, at[0], eight(&axes[0], j as usize), along_x);
+                        let dy = nearest_image(l, at[1], eight(&axes[1], j as usize), along_y);
+                        let dz = nearest_image(l, at[2], eight(&axes[2], j as usize), along_z);
                         let r2 = l.fma(dz, dz, l.fma(dy, dy, l.mul(dx, dx)));
                         let within = l.less(r2, far2) & if to - j < 8 { (1 << (to - j)) - 1 } else { 255 };
                         if within != 0 {
@@ -175,25 +178,25 @@ mod tests {
     use crate::lattice;
 
     /// Every pair within reach, found by looking at all of them, is in the list exactly once; small boxes look at all
-    /// atoms, large ones (7 cubic cells, 8 list cells an edge) at the cells around.
+    /// atoms, large ones (7 cubic cells, 8 list cells an edge) at the cells around, long ones at either by axis.
     #[test]
     fn each_pair_is_listed_once() {
-        for cells in [4, 7] {
-            let edge = 3.6 * cells as f64;
-            let mut position: Vec<[f64; 4]> = lattice::sites(cells, 3.6)
+        for cells in [[4, 4, 4], [7, 7, 7], [4, 5, 7]] {
+            let edges = cells.map(|n| 3.6 * n as f64);
+            let mut position: Vec<[f64; 4]> = lattice::block(cells, [3.6; 3])
                 .iter()
                 .enumerate()
                 .map(|(k, s)| {
                     let shake = |axis: usize| 0.2 * ((k * (axis + 2) * 7919 % 1000) as f64 / 1000.0 - 0.5);
-                    let at = |axis: usize| (s[axis] + shake(axis)).rem_euclid(edge);
+                    let at = |axis: usize| (s[axis] + shake(axis)).rem_euclid(edges[axis]);
                     [at(0), at(1), at(2), 0.0]
                 })
                 .collect();
-            let sorted = Cells::sort(&position, edge, 6.0);
+            let sorted = Cells::sort(&position, edges, 6.0);
             position = sorted.order.iter().map(|&i| position[i as usize]).collect();
             let mut list = List::default();
             let squares = [5.5 * 5.5, 36.0];
-            run(Isa::best(), Build { list: &mut list, position: &position, cells: &sorted, edge, squares });
+            run(Isa::best(), Build { list: &mut list, position: &position, cells: &sorted, edges, squares });
             let mut listed = Vec::new();
             for i in 0..position.len() {
                 let row = &list.vectors[list.start[i] as usize..list.start[i + 1] as usize];
@@ -201,7 +204,7 @@ mod tests {
                 listed.extend(atoms.iter().filter(|&&j| j < position.len()).map(|&j| (i.min(j), i.max(j))));
             }
             let distance2 = |a: [f64; 4], b: [f64; 4]| {
-                let d = [0, 1, 2].map(|k| a[k] - b[k] - edge * ((a[k] - b[k]) / edge).round());
+                let d = [0, 1, 2].map(|k| a[k] - b[k] - edges[k] * ((a[k] - b[k]) / edges[k]).round());
                 d[0] * d[0] + d[1] * d[1] + d[2] * d[2]
             };
             let mut expected = Vec::new();

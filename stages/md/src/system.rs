@@ -1,4 +1,4 @@
-//! The atoms: positions, velocities and forces in a periodic cube, and their motion by velocity Verlet.
+//! The atoms: positions, velocities and forces in a periodic box, and their motion by velocity Verlet.
 use crate::fault::Fault;
 use crate::force::{Forces, Sums};
 use crate::lanes::{Isa, Kernel, Lanes, run};
@@ -13,12 +13,14 @@ const SKIN: f64 = 0.8;
 /// Narrowest skin worth having [angstrom].
 pub const LEAST_SKIN: f64 = 0.15;
 
-/// Atoms of one kind in a periodic cube. Units: angstrom, eV, ps. Atoms are re-sorted as they move; `id` tells which is which.
+/// Atoms of one kind in a periodic box. Units: angstrom, eV, ps. Atoms are re-sorted as they move; `id` tells which is which.
 pub struct System {
     tables: Tables,
     isa: Isa,
-    edge: f64,
+    edges: [f64; 3],
     skin: f64,
+    /// Edges when the list was built.
+    listed_edges: [f64; 3],
     mass: f64,
     /// x, y, z and F', with the atom that stands nowhere: `[atoms + 1]`.
     position: Vec<[f64; 4]>,
@@ -35,8 +37,10 @@ pub struct System {
     kept: Vec<[[f64; 8]; 2]>,
     active: Vec<bool>,
     sums: Sums,
-    twice_kinetic: f64,
-    middle_kinetic: f64,
+    /// By axis.
+    twice_kinetic: [f64; 3],
+    /// By axis, in the middle of the last step.
+    middle_kinetic: [f64; 3],
     site_virial: f64,
     step: u64,
     time: f64,
@@ -49,20 +53,24 @@ impl System {
     /// # Errors
     /// [`Fault`] where the box is too small for the potential, or the sites are off the potential's tables.
     pub fn new(tables: Tables, isa: Isa, sites: &[[f64; 3]], edge: f64) -> Result<System, Fault> {
-        let (n, cutoff) = (sites.len(), tables.potential.cutoff());
-        let skin = SKIN.min(0.5 * edge - cutoff);
-        let wide_enough = skin >= LEAST_SKIN;
-        if !wide_enough {
-            return Err(Fault::Small { edge, needed: 2.0 * (cutoff + LEAST_SKIN) });
-        }
+        System::in_box(tables, isa, sites, [edge; 3])
+    }
+
+    /// Atoms at rest at `sites` [angstrom] in a box of edges `edges` [angstrom].
+    ///
+    /// # Errors
+    /// As [`System::new`].
+    pub fn in_box(tables: Tables, isa: Isa, sites: &[[f64; 3]], edges: [f64; 3]) -> Result<System, Fault> {
+        let n = sites.len();
         let mut position: Vec<[f64; 4]> = sites.iter().map(|s| [s[0], s[1], s[2], 0.0]).collect();
         position.push(NOWHERE);
         let mut system = System {
             mass: tables.potential.molar_mass() * ATOMIC_MASS,
             tables,
             isa,
-            edge,
-            skin,
+            edges,
+            listed_edges: edges,
+            skin: 0.0,
             site: position[..n].to_vec(),
             listed: Vec::new(),
             position,
@@ -74,14 +82,14 @@ impl System {
             kept: Vec::new(),
             active: Vec::new(),
             sums: Sums::default(),
-            twice_kinetic: 0.0,
-            middle_kinetic: 0.0,
+            twice_kinetic: [0.0; 3],
+            middle_kinetic: [0.0; 3],
             site_virial: 0.0,
             step: 0,
             time: 0.0,
             rebuilds: 0,
         };
-        system.rebuild();
+        system.rebuild()?;
         system.act()?;
         Ok(system)
     }
@@ -96,11 +104,11 @@ impl System {
     }
     /// Volume [angstrom3].
     pub fn volume(&self) -> f64 {
-        self.edge * self.edge * self.edge
+        self.edges[0] * self.edges[1] * self.edges[2]
     }
-    /// Edge of the cube [angstrom].
-    pub fn edge(&self) -> f64 {
-        self.edge
+    /// Edges of the box [angstrom].
+    pub fn edges(&self) -> [f64; 3] {
+        self.edges
     }
     /// Potential energy [eV].
     pub fn energy(&self) -> f64 {
@@ -108,15 +116,27 @@ impl System {
     }
     /// Sum of r.F over pairs [eV]: three volumes times the pressure at rest.
     pub fn virial(&self) -> f64 {
+        sum(self.sums.virial)
+    }
+    /// Sum of r F over pairs, by axis [eV]: the volume times each pressure at rest.
+    pub fn virials(&self) -> [f64; 3] {
         self.sums.virial
     }
     /// Twice the kinetic energy [eV], at the end of the step.
     pub fn twice_kinetic(&self) -> f64 {
+        sum(self.twice_kinetic)
+    }
+    /// Twice the kinetic energy by axis [eV], at the end of the step.
+    pub fn twice_kinetics(&self) -> [f64; 3] {
         self.twice_kinetic
+    }
+    /// Twice the kinetic energy in the middle of the step that is under way [eV].
+    pub(crate) fn middle_kinetic(&self) -> f64 {
+        sum(self.middle_kinetic)
     }
     /// Temperature of the motion in the middle of the last step [K]: its mean is exactly that of the heat bath.
     pub fn temperature(&self) -> f64 {
-        self.middle_kinetic / (self.freedom() * BOLTZMANN)
+        self.middle_kinetic() / (self.freedom() * BOLTZMANN)
     }
     /// Sum of F.(x - site) [eV]; its mean is -3(N-1) k_B T in a crystal.
     pub fn site_virial(&self) -> f64 {
@@ -175,10 +195,12 @@ impl System {
 
     /// Scales all velocities so that the temperature is `temperature` [K] exactly.
     pub fn scale(&mut self, temperature: f64) {
-        let squares: f64 = self.velocity.iter().flatten().map(|v| v * v).sum();
-        let factor = (self.freedom() * BOLTZMANN * temperature / (self.mass * squares)).sqrt();
+        let axis = |k: usize| self.velocity.iter().map(|v| v[k] * v[k]).sum::<f64>();
+        let squares = [axis(0), axis(1), axis(2)];
+        let square = self.freedom() * BOLTZMANN * temperature / (self.mass * sum(squares));
+        let factor = square.sqrt();
         self.velocity.iter_mut().flatten().for_each(|v| *v *= factor);
-        self.twice_kinetic = self.freedom() * BOLTZMANN * temperature;
+        self.twice_kinetic = squares.map(|s| self.mass * s * square);
     }
 
     /// Turns all velocities round.
@@ -196,26 +218,52 @@ impl System {
     /// # Errors
     /// [`Fault`] with step and atom where atoms come too close, too dense, or get lost.
     pub fn advance(&mut self, dt: f64, chain: Option<&mut Chain>) -> Result<(), Fault> {
+        self.begin(dt);
+        let factor = chain.map_or(1.0, |c| c.step(self.middle_kinetic(), dt));
+        self.finish(dt, factor)
+    }
+
+    /// The first half of a step over `dt` [ps], up to where the heat bath and the walls act: half a kick, half a drift.
+    pub(crate) fn begin(&mut self, dt: f64) {
         let half = 0.5 * dt / self.mass;
         let atoms = Atoms { position: &mut self.position, velocity: &mut self.velocity, force: &self.force };
         let squares = run(self.isa, KickAndDrift { atoms, half, half_step: 0.5 * dt });
-        self.middle_kinetic = self.mass * squares;
-        let factor = chain.map_or(1.0, |c| c.step(self.middle_kinetic, dt));
+        self.middle_kinetic = squares.map(|s| self.mass * s);
+    }
+
+    /// Stretches the box and all that is in it by `lengths` along each axis, and velocities by `velocities`.
+    pub(crate) fn deform(&mut self, lengths: [f64; 3], velocities: [f64; 3]) {
+        let n = self.atoms();
+        let scale = |of: &mut [[f64; 4]], by: [f64; 3]| of.iter_mut().for_each(|x| (0..3).for_each(|k| x[k] *= by[k]));
+        scale(&mut self.position[..n], lengths);
+        scale(&mut self.listed, lengths);
+        scale(&mut self.site, lengths);
+        scale(&mut self.velocity, velocities);
+        for k in 0..3 {
+            self.edges[k] *= lengths[k];
+            self.middle_kinetic[k] *= velocities[k] * velocities[k];
+        }
+    }
+
+    /// The second half of a step over `dt` [ps]: velocities times `factor`, half a drift, new forces, half a kick.
+    pub(crate) fn finish(&mut self, dt: f64, factor: f64) -> Result<(), Fault> {
+        let half = 0.5 * dt / self.mass;
         let atoms = Atoms { position: &mut self.position, velocity: &mut self.velocity, force: &self.force };
         let moved2 = run(self.isa, Drift { atoms, listed: &self.listed, factor, half_step: 0.5 * dt });
         self.step += 1;
         self.time += dt;
         // a lost atom's NaN is not within
-        let within = moved2 <= 0.25 * self.skin * self.skin;
+        let skin = self.skin_left();
+        let within = moved2 <= 0.25 * skin * skin;
         if !within {
-            self.rebuild();
+            self.rebuild()?;
         }
         self.act()?;
         let atoms = Atoms { position: &mut self.position, velocity: &mut self.velocity, force: &self.force };
         let (squares, site_virial) = run(self.isa, Kick { atoms, site: &self.site, half });
         self.site_virial = site_virial;
-        self.twice_kinetic = self.mass * squares;
-        if self.twice_kinetic.is_finite() { Ok(()) } else { Err(Fault::Lost { step: self.step, time: self.time }) }
+        self.twice_kinetic = squares.map(|s| self.mass * s);
+        if self.twice_kinetic().is_finite() { Ok(()) } else { Err(Fault::Lost { step: self.step, time: self.time }) }
     }
 
     /// Forces at the present positions.
@@ -225,7 +273,7 @@ impl System {
             Forces {
                 tables: &self.tables,
                 list: &self.list,
-                edge: self.edge,
+                edges: self.edges,
                 position: &mut self.position,
                 force: &mut self.force,
                 density: &mut self.density,
@@ -246,11 +294,11 @@ impl System {
 
     /// Names the first pair that is closer than the table.
     fn too_close(&self) -> Fault {
-        let image = |d: f64| d - self.edge * (d / self.edge).round();
+        let image = |k: usize, d: f64| d - self.edges[k] * (d / self.edges[k]).round();
         let mut found = (0, 0, f64::MAX);
         for i in 0..self.atoms() {
             for j in 0..i {
-                let d2: f64 = (0..3).map(|k| image(self.position[i][k] - self.position[j][k])).map(|d| d * d).sum();
+                let d2: f64 = (0..3).map(|k| image(k, self.position[i][k] - self.position[j][k])).map(|d| d * d).sum();
                 if d2 < found.2 {
                     found = (self.id[i].min(self.id[j]), self.id[i].max(self.id[j]), d2);
                 }
@@ -265,17 +313,32 @@ impl System {
         }
     }
 
+    /// What a shrinking box has left of the skin: pairs beyond the list were at least cut-off and skin apart.
+    fn skin_left(&self) -> f64 {
+        let shrunk = (0..3).map(|k| self.edges[k] / self.listed_edges[k]).fold(1.0, f64::min);
+        let cutoff = self.tables.potential.cutoff();
+        (shrunk * (cutoff + self.skin) - cutoff).max(0.0)
+    }
+
     /// Brings all atoms into the box, sorts them by cells and lists neighbours.
-    fn rebuild(&mut self) {
-        let (n, reach) = (self.atoms(), self.tables.potential.cutoff() + self.skin);
+    fn rebuild(&mut self) -> Result<(), Fault> {
+        let (n, cutoff) = (self.atoms(), self.tables.potential.cutoff());
+        let edge = self.edges.into_iter().fold(f64::MAX, f64::min);
+        self.skin = SKIN.min(0.5 * edge - cutoff);
+        let wide_enough = self.skin >= LEAST_SKIN;
+        if !wide_enough {
+            return Err(Fault::Small { edge, needed: 2.0 * (cutoff + LEAST_SKIN) });
+        }
+        self.listed_edges = self.edges;
+        let reach = cutoff + self.skin;
         for i in 0..n {
             for k in 0..3 {
-                let out = (self.position[i][k] / self.edge).floor() * self.edge;
+                let out = (self.position[i][k] / self.edges[k]).floor() * self.edges[k];
                 self.position[i][k] -= out;
                 self.site[i][k] -= out;
             }
         }
-        let cells = Cells::sort(&self.position[..n], self.edge, reach);
+        let cells = Cells::sort(&self.position[..n], self.edges, reach);
         fn sorted<T: Copy>(order: &[u32], a: &[T]) -> Vec<T> {
             order.iter().map(|&i| a[i as usize]).collect()
         }
@@ -287,11 +350,17 @@ impl System {
         self.id = sorted(&cells.order, &self.id);
         let squares = [self.tables.cutoff2, reach * reach];
         let (list, position) = (&mut self.list, &self.position);
-        run(self.isa, Build { list, position, cells: &cells, edge: self.edge, squares });
+        run(self.isa, Build { list, position, cells: &cells, edges: self.edges, squares });
         self.kept.resize(self.list.vectors.len(), [[0.0; 8]; 2]);
         self.active.resize(self.list.vectors.len(), false);
         self.rebuilds += 1;
+        Ok(())
     }
+}
+
+/// Sum over the axes.
+fn sum([x, y, z]: [f64; 3]) -> f64 {
+    (x + y) + z
 }
 
 /// What the integrator moves.
@@ -301,16 +370,16 @@ struct Atoms<'a> {
     force: &'a [[f64; 4]],
 }
 
-/// `v += half F; x += half_step v`; returns the sum of v^2.
+/// `v += half F; x += half_step v`; returns the sum of v^2 by axis.
 struct KickAndDrift<'a> {
     atoms: Atoms<'a>,
     half: f64,
     half_step: f64,
 }
 impl Kernel for KickAndDrift<'_> {
-    type Out = f64;
+    type Out = [f64; 3];
     #[inline(always)]
-    fn run<L: Lanes>(self, _: L) -> f64 {
+    fn run<L: Lanes>(self, _: L) -> [f64; 3] {
         let Atoms { position, velocity, force } = self.atoms;
         let mut squares = [0.0; 4];
         for ((x, v), f) in position.iter_mut().zip(velocity).zip(force) {
@@ -320,7 +389,7 @@ impl Kernel for KickAndDrift<'_> {
                 squares[k] += v[k] * v[k];
             }
         }
-        (squares[0] + squares[1]) + squares[2]
+        [squares[0], squares[1], squares[2]]
     }
 }
 
@@ -353,16 +422,16 @@ impl Kernel for Drift<'_> {
     }
 }
 
-/// `v += half F`; returns the sum of v^2 and that of F.(x - site).
+/// `v += half F`; returns the sum of v^2 by axis and that of F.(x - site).
 struct Kick<'a> {
     atoms: Atoms<'a>,
     site: &'a [[f64; 4]],
     half: f64,
 }
 impl Kernel for Kick<'_> {
-    type Out = (f64, f64);
+    type Out = ([f64; 3], f64);
     #[inline(always)]
-    fn run<L: Lanes>(self, _: L) -> (f64, f64) {
+    fn run<L: Lanes>(self, _: L) -> ([f64; 3], f64) {
         let Atoms { position, velocity, force } = self.atoms;
         let (mut squares, mut pull) = ([0.0; 4], [0.0; 4]);
         for (((x, v), f), s) in position.iter().zip(velocity).zip(force).zip(self.site) {
@@ -372,6 +441,6 @@ impl Kernel for Kick<'_> {
                 pull[k] += f[k] * (x[k] - s[k]);
             }
         }
-        ((squares[0] + squares[1]) + squares[2], (pull[0] + pull[1]) + pull[2])
+        ([squares[0], squares[1], squares[2]], (pull[0] + pull[1]) + pull[2])
     }
 }
