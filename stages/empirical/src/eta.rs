@@ -8,10 +8,11 @@ use crate::spread::{self, Spread};
 use hvi_impact::result::Impact;
 use hvi_kit::view::{Cell, Scalar, View};
 use hvi_kit::{Artifact, Ctx, Invalid, Stage, StageError};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// What becomes of runs in which nothing melted.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Zeros {
     /// They count like any other: leaving them out would select runs by their outcome, and bend the law upwards.
@@ -22,7 +23,7 @@ pub enum Zeros {
 }
 
 /// What becomes of runs in which all of the projectile melted (0.999 or more): there the law may go on, the fraction can't.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Full {
     /// A law above the run's fraction counts as exact, one below it as wrong.
@@ -35,7 +36,7 @@ pub enum Full {
 }
 
 /// How to fit eq 35.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
     /// What counts as melted.

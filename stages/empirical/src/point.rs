@@ -2,10 +2,11 @@
 use crate::law::Sample;
 use hvi_impact::result::{Impact, Melt, Space};
 use hvi_kit::StageError;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// What counts as changed in phase.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Measure {
     /// Mass-weighted share of liquid at the volume of the intact matter.

@@ -1,5 +1,6 @@
 //! The one interface to every equation of state: a closed enum, and what it answers.
 use crate::model::{gray::Gray, ideal_gas::IdealGas, mie_gruneisen::MieGruneisen};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Regimes of matter; `phase as u8` is the code that particles carry.
@@ -46,7 +47,7 @@ pub struct EosError {
     clippy::large_enum_variant,
     reason = "the solver holds one a body and calls it a billion times: no indirection"
 )]
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub enum Eos {
     /// Royce's three-phase GRAY.
     Gray(Gray),

@@ -4,10 +4,11 @@ use crate::model::mie_gruneisen;
 use crate::{Eos, EosError, EosResult, MieGruneisen};
 use hvi_kit::units::{Density, SpecificHeat, Temperature, Velocity};
 use hvi_kit::{Ctx, Invalid, Stage, StageError};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// A published set of GRAY parameters.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Set {
     /// Copper of Royce (1971): Liu, Wang, Zhang (2013), Table 1, "Experiment".
@@ -55,7 +56,7 @@ impl Set {
 }
 
 /// A Mie-Grueneisen material, see [`MieGruneisen`].
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Linear {
     /// Reference density rho0.
@@ -78,7 +79,7 @@ fn room() -> Temperature {
 }
 
 /// Parameters of the stage: exactly one of both keys.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
     /// A published set of GRAY.

@@ -3,10 +3,11 @@ use crate::material::{self, Material};
 use crate::scene::{self, Layout};
 use hvi_kit::Invalid;
 use hvi_kit::units::{Length, Time, Velocity};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Parameters of an impact run.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
     /// The moving body.
@@ -60,7 +61,7 @@ fn yes() -> bool {
 }
 
 /// Dimensions and symmetry of a run.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum SpaceChoice {
     /// Plane waves in one dimension.
@@ -77,7 +78,7 @@ pub enum SpaceChoice {
 }
 
 /// Shape of a projectile.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Shape {
     /// `diameter`.
@@ -89,7 +90,7 @@ pub enum Shape {
 }
 
 /// The moving body.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Projectile {
     /// Its shape.
@@ -102,6 +103,7 @@ pub struct Projectile {
     pub length: Option<Length>,
     /// Its material: a name, or a table of all constants.
     #[serde(deserialize_with = "material::by_name_or_table")]
+    #[schemars(schema_with = "material::name_or_table")]
     pub material: Material,
 }
 
@@ -117,7 +119,7 @@ impl Projectile {
 }
 
 /// The body at rest.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Plate {
     /// Its thickness along the impact.
@@ -129,6 +131,7 @@ pub struct Plate {
     pub width: Option<Length>,
     /// Its material: a name, or a table of all constants.
     #[serde(deserialize_with = "material::by_name_or_table")]
+    #[schemars(schema_with = "material::name_or_table")]
     pub material: Material,
 }
 

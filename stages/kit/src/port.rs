@@ -24,6 +24,8 @@ pub struct Port {
     pub kind: &'static str,
     /// How many.
     pub arity: Arity,
+    /// What it is for, for people.
+    pub about: &'static str,
 }
 
 /// A stage's inputs: a struct of artifacts, one field per port.
@@ -110,11 +112,12 @@ impl<A: Artifact> Plug for Places<A> {
 /// Declares an input struct: `inputs! { pub struct FitInputs { states: Vec<State> } }`.
 #[macro_export]
 macro_rules! inputs {
-    ($(#[$m:meta])* $v:vis struct $name:ident { $($(#[$fm:meta])* $field:ident : $ty:ty),* $(,)? }) => {
-        $(#[$m])* $v struct $name { $($(#[$fm])* pub $field: $ty),* }
+    ($(#[$m:meta])* $v:vis struct $name:ident { $($(#[doc = $doc:literal])* $field:ident : $ty:ty),* $(,)? }) => {
+        $(#[$m])* $v struct $name { $($(#[doc = $doc])* pub $field: $ty),* }
         impl $crate::Inputs for $name {
             const PORTS: &'static [$crate::Port] = &[$($crate::Port {
                 name: stringify!($field), kind: <$ty as $crate::Plug>::KIND, arity: <$ty as $crate::Plug>::ARITY,
+                about: concat!($($doc),*),
             }),*];
             fn load(slots: &::std::collections::BTreeMap<String, $crate::Slot>, store: &$crate::Store)
                 -> Result<Self, $crate::LoadError> {

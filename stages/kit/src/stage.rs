@@ -3,6 +3,7 @@ use crate::engine::{Engine, EngineError};
 use crate::view::{Scalar, View};
 use crate::{Artifact, Cancelled, Ctx, File, Inputs, LoadError, Port};
 use hvi_cache::{Digest, Recipe, Store, StoreError};
+use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Serialize, de::DeserializeOwned};
 use std::collections::BTreeMap;
 
@@ -58,8 +59,9 @@ pub trait Stage: 'static {
     const NAME: &'static str;
     /// One line for people: what it makes, by which method.
     const SUMMARY: &'static str;
-    /// Parameters, with defaults; quantities as types of [`crate::units`]; `#[serde(deny_unknown_fields)]`.
-    type Params: Serialize + DeserializeOwned + Send + Sync;
+    /// Parameters, with defaults; quantities as types of [`crate::units`]; `#[serde(deny_unknown_fields)]`. The fields'
+    /// docs are what the reference and the editors' schema say of them.
+    type Params: Serialize + DeserializeOwned + JsonSchema + Send + Sync;
     /// Input ports.
     type Inputs: Inputs;
     /// What it makes.
@@ -145,6 +147,8 @@ pub struct StageDef {
     pub ports: &'static [Port],
     /// Kind of the output.
     pub output: &'static str,
+    /// JSON schema of the parameters; the types in it go to the generator's definitions.
+    pub schema: fn(&mut SchemaGenerator) -> Schema,
     /// Parses parameters, fills defaults, checks ranges; returns the canonical form.
     pub check: fn(&serde_json::Value) -> Result<serde_json::Value, Invalid>,
     /// Checks the files among the inputs, by dotted key, against canonical parameters.
@@ -170,6 +174,7 @@ impl StageDef {
             type_name: std::any::type_name::<S>,
             ports: S::Inputs::PORTS,
             output: <S::Output as Artifact>::KIND,
+            schema: <S::Params as JsonSchema>::json_schema,
             check: |value| {
                 let params: S::Params = serde_path_to_error::deserialize(value)
                     .map_err(|e| Invalid { key: e.path().to_string(), why: e.into_inner().to_string() })?;

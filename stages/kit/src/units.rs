@@ -1,5 +1,7 @@
 //! Physical quantities as people write them (`"6.7 km/s"`) and as the solvers use them (SI).
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::borrow::Cow;
 
 /// A unit: its symbol, what it measures, and its size in SI as `factor * 10^exponent`.
 ///
@@ -41,6 +43,44 @@ impl Dimension {
             Dimension::Rate => "1/s",
             Dimension::Angle => "rad",
         }
+    }
+
+    /// A quantity of this dimension as a person may write it.
+    pub const fn example(self) -> &'static str {
+        match self {
+            Dimension::Length => "2.5 mm",
+            Dimension::Time => "20 us",
+            Dimension::Velocity => "6.7 km/s",
+            Dimension::Temperature => "300 K",
+            Dimension::Pressure => "0.1 GPa",
+            Dimension::Density => "8.93 g/cm3",
+            Dimension::SpecificVolume => "0.112 cm3/g",
+            Dimension::SpecificEnergy => "5.2 MJ/kg",
+            Dimension::SpecificHeat => "385 J/kg/K",
+            Dimension::MolarMass => "63.546 g/mol",
+            Dimension::Rate => "1 1/s",
+            Dimension::Angle => "30 deg",
+        }
+    }
+
+    /// Symbols of the units that measure it.
+    pub fn symbols(self) -> impl Iterator<Item = &'static str> {
+        UNITS.iter().filter(move |u| u.1 == self).map(|u| u.0)
+    }
+
+    /// JSON schema of a quantity: text with a unit; `unit` is the SI unit, `units` are all that may be written.
+    fn schema(self) -> Schema {
+        let units: Vec<_> = self.symbols().collect();
+        let spelled: Vec<_> =
+            units.iter().map(|u| u.replace('u', "[u\u{b5}]").replace("angstrom", "(angstrom|\u{c5})")).collect();
+        json_schema!({
+            "type": "string",
+            "pattern": format!(r"^\s*[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?\s*({})\s*$", spelled.join("|")),
+            "description": format!("{self:?}: a number with a unit ({}).", units.join(", ")),
+            "examples": [self.example()],
+            "unit": self.si(),
+            "units": units,
+        })
     }
 }
 
@@ -112,10 +152,7 @@ pub fn split(text: &str) -> Option<(&str, &str)> {
 /// # Errors
 /// A sentence that says what was expected: no number, no unit, an unknown unit, a unit of something else, not finite.
 pub fn si(text: &str, dimension: Dimension) -> Result<f64, String> {
-    let accepted = || {
-        let symbols: Vec<_> = UNITS.iter().filter(|u| u.1 == dimension).map(|u| u.0).collect();
-        symbols.join(", ")
-    };
+    let accepted = || dimension.symbols().collect::<Vec<_>>().join(", ");
     let (number, symbol) =
         split(text).ok_or_else(|| format!("`{text}` is not a number with a unit (one of {})", accepted()))?;
     if symbol.is_empty() {
@@ -152,6 +189,14 @@ macro_rules! quantities { ($($(#[$doc:meta])* $name:ident),* $(,)?) => { $(
     impl Serialize for $name {
         fn serialize<S: Serializer>(&self, s: S) -> Result<S::Ok, S::Error> {
             s.collect_str(&format_args!("{:?} {}", self.0, Dimension::$name.si()))
+        }
+    }
+    impl JsonSchema for $name {
+        fn schema_name() -> Cow<'static, str> {
+            stringify!($name).into()
+        }
+        fn json_schema(_: &mut SchemaGenerator) -> Schema {
+            Dimension::$name.schema()
         }
     }
     impl<'de> Deserialize<'de> for $name {
@@ -213,6 +258,17 @@ mod tests {
         for x in [1e-15, 0.1 + 0.2, 6700.0, f64::MIN_POSITIVE, -1.0 / 3.0] {
             let text = serde_json::to_string(&Time::new(x)).unwrap();
             assert_eq!(serde_json::from_str::<Time>(&text).unwrap().si().to_bits(), x.to_bits(), "{text}");
+        }
+    }
+
+    /// A schema's pattern takes what the parser takes; its example is right.
+    #[test]
+    fn examples_read_and_schemas_name_the_unit() {
+        for dimension in UNITS.iter().map(|u| u.1) {
+            assert!(si(dimension.example(), dimension).is_ok(), "{dimension:?}");
+            let schema = dimension.schema();
+            assert_eq!(schema.get("unit").unwrap(), dimension.si());
+            assert_eq!(schema.get("units").unwrap()[0], dimension.si(), "{dimension:?}: SI comes first");
         }
     }
 

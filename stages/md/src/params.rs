@@ -4,10 +4,11 @@ use crate::system::LEAST_SKIN;
 use crate::{lattice, run};
 use hvi_kit::Invalid;
 use hvi_kit::units::{Pressure, Temperature, Time};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Parameters of the stage `md`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
     /// How atoms act on each other.

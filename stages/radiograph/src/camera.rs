@@ -1,10 +1,11 @@
 //! From which direction the film is exposed, and which part of the film plane it covers.
 use hvi_kit::math;
 use hvi_kit::units::{Angle, Length};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Direction of the view: `"side"`, `"top"`, `"front"` or `{ azimuth = "30 deg", elevation = "10 deg" }`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "\"side\", \"top\", \"front\" or { azimuth = \"30 deg\", elevation = \"10 deg\" }")]
 pub enum View {
     /// By name.
@@ -19,7 +20,7 @@ impl Default for View {
 }
 
 /// Views that have a name.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Named {
     /// Across the impact direction, which points to the right; +y is up.
@@ -31,7 +32,7 @@ pub enum Named {
 }
 
 /// A view by two turns of the viewer away from the side view.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Angles {
     /// Turn about the upright axis; 0 is the side view, 90 deg the front view.
@@ -96,7 +97,7 @@ pub fn describe(view: View) -> String {
 }
 
 /// A rectangle of the film plane, in film coordinates (right, up).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Frame {
     /// Lower left corner.

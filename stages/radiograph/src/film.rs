@@ -4,10 +4,11 @@ use crate::phases::PhaseMap;
 use crate::scale_bar;
 use hvi_kit::view::{Picture, Scalar, View};
 use hvi_kit::{Artifact, math};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// How mass per area becomes grey.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Tone {
     /// Logarithm of the mass per area over two decades: thin cloud and solid plate both show.

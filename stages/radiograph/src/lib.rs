@@ -18,10 +18,11 @@ use film::{digits, microseconds};
 use hvi_impact::result::{Impact, Snapshot, Space};
 use hvi_kit::units::{Length, Time};
 use hvi_kit::{Ctx, Invalid, Stage, StageError};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// What to expose, from where, and how to develop it.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
     /// Direction of the view.

@@ -6,10 +6,11 @@ use hvi_eos::EosResult;
 use hvi_kit::units::Pressure;
 use hvi_kit::{Any, Ctx, File, Invalid, Stage, StageError, inputs};
 use hvi_md::State;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Parameters of the stage.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
     /// Highest measured pressure that counts.

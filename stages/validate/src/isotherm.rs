@@ -5,10 +5,11 @@ use crate::{Csv, CsvError};
 use hvi_eos::EosResult;
 use hvi_kit::{Any, Ctx, File, Stage, StageError, inputs};
 use hvi_md::State;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// The stage has no parameters.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Params {}
 

@@ -17,6 +17,7 @@ use crate::{Eos, EosError, EosResult};
 use hvi_kit::units::{SpecificEnergy, Temperature};
 use hvi_kit::{Ctx, Invalid, Stage, StageError, inputs};
 use hvi_md::State;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Why states give no equation of state.
@@ -25,7 +26,7 @@ use serde::{Deserialize, Serialize};
 pub struct FitError(pub String);
 
 /// Which temperature a state is held against.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Method {
     /// T(V, E) of the equilibrium model, as published (eq 33): a superheated crystal counts as molten, which biases Tm0 high.
@@ -35,7 +36,7 @@ pub enum Method {
 }
 
 /// What the residuals are divided by.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Weights {
     /// The same for all states, as published. Right where the model's own misfit (GPa) outweighs the states' errors.
@@ -45,7 +46,7 @@ pub enum Weights {
 }
 
 /// Parameters of the stage.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
     /// Which temperature a state is held against.

@@ -1,9 +1,10 @@
 //! Gas of constant gamma: the closed-form partner of solver tests (Noh, Sod).
 use crate::{EosError, Phase, Point};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// `P = (gamma - 1) E / V`, `T = E / c_v`, `c^2 = gamma (gamma - 1) E`. Negative energies count as zero.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct IdealGas {
     /// Density of the reference state [kg/m3].
     pub density: f64,

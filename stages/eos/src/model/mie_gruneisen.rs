@@ -2,10 +2,11 @@
 use super::table::Table;
 use crate::{EosError, Phase, Point};
 use hvi_kit::math::exp;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Parameters of [`MieGruneisen`].
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Parameters {
     /// Reference density rho0 [kg/m3].
     pub density: f64,
@@ -28,7 +29,7 @@ pub struct Parameters {
 /// Beyond the cap `x = min(0.6, 0.92 / s)` the reference is no longer the Hugoniot but a line P_r(x), with dE_r/dx = V0 P_r:
 /// P stays continuously differentiable, meets no pole, and rises along every isentrope above the line. The temperature takes
 /// x no lower than -0.2: matter so far apart has separated, see [`crate::Eos::relaxed_volume`].
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(try_from = "Parameters", into = "Parameters")]
 pub struct MieGruneisen {
     parameters: Parameters,

@@ -1,5 +1,6 @@
 //! Johnson-Cook damage.
 use hvi_kit::math::{exp, log};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Fracture strain `ef = (D1 + D2 exp(D3 s*)) (1 + D4 ln rate*) (1 + D5 T*)`; failure when the sum of `dep / ef` is 1.
@@ -8,7 +9,7 @@ use serde::{Deserialize, Serialize};
 /// G. R. Johnson and W. H. Cook, Eng. Fract. Mech. 21, 31 (1985); Liu, Wang & Zhang (2013) eqs 19-20. Changes: s* counts at
 /// most 1.5, the model's stated range (beyond it spall decides), and ef no less than `least`, since some published sets
 /// give negative strains there.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Damage {
     /// D1.

@@ -1,13 +1,14 @@
 //! Johnson-Cook flow stress with implicit radial return.
 use hvi_kit::math::{log, pow};
 use hvi_kit::units::{Pressure, Rate, Temperature};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// `Y = (A + B ep^n) (1 + C ln(rate / rate0)) (1 - T*^m)`, `T* = (T - T_r) / (T_m - T_r)`.
 ///
 /// The rate factor is 1 below rate0 and the thermal one 1 below T_r, 0 above T_m. Source: G. R. Johnson and W. H. Cook,
 /// 7th Int. Symp. Ballistics (1983); Liu, Wang & Zhang (2013) eqs 17-18, where eq 17 lacks the exponent n.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct JohnsonCook {
     /// A.

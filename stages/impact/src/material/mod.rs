@@ -11,11 +11,12 @@ use hvi_eos::Eos;
 use hvi_kit::units::Pressure;
 pub use johnson_cook::JohnsonCook;
 pub use law::{Booked, HalfStep, Law, Switches};
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{MapAccess, Visitor, value::MapAccessDeserializer};
 use serde::{Deserialize, Deserializer, Serialize};
 
 /// Constants of a material.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Material {
     /// Its name in results.
@@ -116,6 +117,16 @@ pub fn by_name_or_table<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Ma
         }
     }
     deserializer.deserialize_any(Either)
+}
+
+/// JSON schema of what [`by_name_or_table`] reads.
+pub fn name_or_table(generator: &mut SchemaGenerator) -> Schema {
+    let name = json_schema!({
+        "type": "string",
+        "description": "A shipped material, or a [material.NAME] of the file.",
+        "examples": Material::NAMES,
+    });
+    json_schema!({ "anyOf": [name, generator.subschema_for::<Material>()] })
 }
 
 #[cfg(test)]

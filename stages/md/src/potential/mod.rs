@@ -2,10 +2,11 @@
 //!
 //! To add one: a file with its functions, a variant here, and an arm in each method.
 mod mishin_2001;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// A built-in embedded-atom potential. Lengths in angstrom, energies in eV.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Potential {
     /// Copper, EAM1 of Y. Mishin et al., Phys. Rev. B 63, 224106 (2001).
     #[serde(rename = "mishin-2001")]

@@ -18,6 +18,7 @@ use super::table::Table;
 use crate::{EosError, Phase, Point};
 use dense::{Local, Regime};
 use parameters::wrong;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use vapour::{Join, Vapour};
 
@@ -25,7 +26,7 @@ use vapour::{Join, Vapour};
 ///
 /// Range: the cold curve follows the Hugoniot up to x = [`Parameters::cap`] (0.6, or 0.92/S), and its tangent beyond; below the
 /// smallest tabulated volume pressure goes on rising linearly. Loops of the van der Waals kind are kept in the vapour.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(try_from = "Parameters", into = "Parameters")]
 pub struct Gray {
     parameters: Parameters,

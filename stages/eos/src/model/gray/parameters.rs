@@ -1,12 +1,13 @@
 //! Parameters of GRAY, and the domain in which they make an equation of state.
 use crate::EosError;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Molar gas constant [J/mol/K] (CODATA 2018, exact).
 pub const GAS_CONSTANT: f64 = 8.314462618;
 
 /// Parameters of [`super::Gray`], SI per kilogram.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Parameters {
     /// V0: specific volume at zero pressure and T0 [m3/kg].
     pub volume: f64,
