@@ -14,7 +14,7 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `cli.rs` | commands and exit codes |
+//! | `cli.rs`, `commands.rs`, `commands/` | the command line, one file a command |
 //! | `pipeline.rs`, `value.rs`, `sweep.rs` | the pipeline file as written, with places for messages |
 //! | `plan.rs` | references resolved, ports matched, parameters checked, order |
 //! | `registry.rs` | every stage, and the digest of its code (`build.rs` makes it) |
@@ -30,6 +30,7 @@
 //! Glossary: *step*, a `[step.NAME]` of a pipeline; *point*, one combination of a step's sweep; *node*, one computation;
 //! *port*, a named input of a stage; *recipe*, what identifies a computation; *record*, what came of it.
 pub mod cli;
+pub mod commands;
 pub mod console;
 pub mod events;
 pub mod execute;

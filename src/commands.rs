@@ -1,0 +1,113 @@
+//! The commands, one file each, and what they share: the study they look at, its store, and how they end.
+pub mod plan;
+pub mod run;
+pub mod stages;
+use crate::mistake::Mistake;
+use crate::pipeline::{self, Pipeline};
+use crate::plan::Plan;
+use hvi_kit::Store;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// How a command ends: the exit code, or why it could not do what was asked.
+pub type Done = Result<ExitCode, Stop>;
+
+/// Why a command ends without having done what was asked.
+#[derive(Debug)]
+pub enum Stop {
+    /// The input is wrong.
+    Mistake(Mistake),
+    /// The machine did not let us: store, files.
+    Machine(String),
+}
+impl From<Mistake> for Stop {
+    fn from(m: Mistake) -> Stop {
+        Stop::Mistake(m)
+    }
+}
+impl From<hvi_kit::StoreError> for Stop {
+    fn from(e: hvi_kit::StoreError) -> Stop {
+        Stop::Machine(e.to_string())
+    }
+}
+
+/// Which pipeline, with which keys changed, and its store.
+#[derive(clap::Args)]
+pub struct StudyArgs {
+    /// The pipeline file
+    pub pipeline: PathBuf,
+    /// Override a key: --set step.key=value
+    #[arg(long = "set", value_name = "STEP.KEY=VALUE")]
+    pub set: Vec<String>,
+    #[command(flatten)]
+    store: StoreArgs,
+}
+
+impl StudyArgs {
+    /// Reads the pipeline and plans it: all of it, or `only` these steps and what they need.
+    ///
+    /// # Errors
+    /// [`Mistake`] where the pipeline can't be used.
+    pub fn read(&self, only: &[String]) -> Result<(Pipeline, Plan), Mistake> {
+        let pipeline = pipeline::read(&self.pipeline, &self.set)?;
+        let plan = crate::plan::plan(&pipeline, only)?;
+        Ok((pipeline, plan))
+    }
+
+    /// Opens the study's store.
+    ///
+    /// # Errors
+    /// [`Stop`] where there is none, or it can't be used.
+    pub fn store(&self) -> Result<Store, Stop> {
+        self.store.open(&self.pipeline)
+    }
+}
+
+/// Which store.
+#[derive(clap::Args)]
+pub struct StoreArgs {
+    /// Folder of the store [default: $HVI_STORE, else cache/store of the project the pipeline lies in, else the user's cache]
+    #[arg(long, value_name = "FOLDER")]
+    store: Option<PathBuf>,
+}
+
+impl StoreArgs {
+    /// `--store`, then `HVI_STORE`, then `cache/store` of the project that `near` lies in, else the user's cache folder.
+    ///
+    /// # Errors
+    /// [`Stop`] where there is none, or it can't be used.
+    pub fn open(&self, near: &Path) -> Result<Store, Stop> {
+        let given =
+            self.store.clone().or_else(|| std::env::var_os("HVI_STORE").filter(|v| !v.is_empty()).map(PathBuf::from));
+        let project = || {
+            let near = near.canonicalize().ok()?;
+            let is_project =
+                |folder: &&Path| folder.join("cache/src/store.rs").exists() && folder.join("pipelines").exists();
+            near.ancestors().find(is_project).map(|folder| folder.join("cache/store"))
+        };
+        let user = || {
+            let cache = std::env::var_os("XDG_CACHE_HOME").filter(|v| !v.is_empty()).map(PathBuf::from);
+            let home = || std::env::var_os("HOME").map(|h| PathBuf::from(h).join(".cache"));
+            cache.or_else(home).map(|c| c.join("hvi-flow/store"))
+        };
+        let folder = given.or_else(project).or_else(user);
+        let folder =
+            folder.ok_or_else(|| Stop::Machine("there is no folder for the store: give one with --store".into()))?;
+        Ok(Store::open(folder)?)
+    }
+}
+
+/// Where results for people go.
+#[derive(clap::Args)]
+pub struct OutArgs {
+    /// Folder for results; the study gets one of its own in it
+    #[arg(long, value_name = "FOLDER", default_value = "out")]
+    out: PathBuf,
+}
+
+impl OutArgs {
+    /// The folder of this pipeline's results.
+    pub fn folder(&self, pipeline: &Pipeline) -> PathBuf {
+        self.out.join(&pipeline.name)
+    }
+}

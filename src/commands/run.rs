@@ -1,0 +1,121 @@
+//! `run`: computes what a pipeline needs and isn't in the store, and writes its report.
+use super::{Done, OutArgs, Stop, StudyArgs};
+use crate::console::{Console, Mode, duration, warn};
+use crate::execute::{self, Options, Outcome, Report};
+use crate::outputs;
+use hvi_kit::Cancel;
+use std::process::ExitCode;
+
+/// What `run` is told.
+#[derive(clap::Args)]
+pub struct Args {
+    #[command(flatten)]
+    study: StudyArgs,
+    #[command(flatten)]
+    out: OutArgs,
+    /// Only these steps and what they need
+    #[arg(long, value_name = "STEP")]
+    only: Vec<String>,
+    /// Nodes that run at once [default: one a core]
+    #[arg(long, short, value_parser = clap::value_parser!(u16).range(1..=4096))]
+    jobs: Option<u16>,
+    /// One JSON object a line on standard output for everything that happens
+    #[arg(long)]
+    json: bool,
+    /// Show failures and the result only
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+/// Runs the study.
+///
+/// # Errors
+/// [`Stop`] where the pipeline is wrong, or the store or the results can't be written.
+pub fn run(args: &Args) -> Done {
+    let mode = match (args.json, args.quiet) {
+        (true, _) => Mode::Json,
+        (false, true) => Mode::Quiet,
+        (false, false) => Mode::detect(),
+    };
+    let (pipeline, plan) = args.study.read(&args.only)?;
+    let folder = args.out.folder(&pipeline);
+    outputs::claim(&pipeline, &folder)?;
+    let store = args.study.store()?;
+    let cores = || std::thread::available_parallelism().map_or(1, usize::from);
+    let jobs = args.jobs.map(usize::from).or(pipeline.settings.jobs).unwrap_or_else(cores).max(1);
+    let cancel = stop_on_interrupt();
+    quiet_workers();
+    let console = Console::new(mode, &plan, jobs);
+    let report = execute::execute(&plan, &store, &Options { jobs, cancel, listener: &console })?;
+    console.finish();
+    let written = outputs::write(&pipeline, &plan, &report, &store, &folder)
+        .map_err(|e| Stop::Machine(format!("can't write results to {}: {e}", folder.display())))?;
+    let counts = Counts::of(&report);
+    if mode != Mode::Json {
+        warn(format_args!("{}: {counts} in {}; {}", pipeline.name, duration(report.seconds), written.page.display()));
+    }
+    if counts.cancelled > 0 {
+        warn(format_args!("stopped: what was finished is kept, the same command goes on from there"));
+        return Ok(ExitCode::from(130));
+    }
+    for unreadable in &written.unreadable {
+        warn(format_args!("{unreadable}"));
+    }
+    Ok(ExitCode::from(u8::from(counts.failed > 0 || !written.unreadable.is_empty())))
+}
+
+/// The flag that Ctrl-C sets; a second Ctrl-C ends the program at once.
+fn stop_on_interrupt() -> &'static Cancel {
+    static CANCEL: std::sync::OnceLock<Cancel> = std::sync::OnceLock::new();
+    let cancel = CANCEL.get_or_init(Cancel::default);
+    let _ = ctrlc::set_handler(|| {
+        let cancel = CANCEL.get_or_init(Cancel::default);
+        if cancel.is_set() {
+            std::process::exit(130);
+        }
+        warn(format_args!("stopping at the next step of what is running; again to stop at once"));
+        cancel.set();
+    });
+    cancel
+}
+
+/// A panic on a worker is reported as its node's failure: nothing is printed for it.
+fn quiet_workers() {
+    let usual = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |info| {
+        if std::thread::current().name() != Some(execute::WORKER) {
+            usual(info);
+        }
+    }));
+}
+
+#[derive(Default)]
+struct Counts {
+    hits: usize,
+    ran: usize,
+    failed: usize,
+    skipped: usize,
+    cancelled: usize,
+}
+impl Counts {
+    fn of(report: &Report) -> Counts {
+        let mut c = Counts::default();
+        for outcome in &report.outcomes {
+            *match outcome {
+                Outcome::Hit(_) => &mut c.hits,
+                Outcome::Ran(_) => &mut c.ran,
+                Outcome::Failed(_) => &mut c.failed,
+                Outcome::Skipped(_) => &mut c.skipped,
+                Outcome::Cancelled => &mut c.cancelled,
+            } += 1;
+        }
+        c
+    }
+}
+impl std::fmt::Display for Counts {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} from the store, {} computed", self.hits, self.ran)?;
+        let rest = [("failed", self.failed), ("skipped", self.skipped), ("stopped", self.cancelled)];
+        rest.iter().filter(|(_, n)| *n > 0).try_for_each(|(what, n)| write!(f, ", {n} {what}"))
+    }
+}
