@@ -1,9 +1,27 @@
 //! Content-addressed store of stage results: what was asked (`Recipe`), what came of it (`Record`), and the bytes.
 //!
 //! It knows bytes only: no stage, no physics, no file format but its own.
+//!
+//! | file | what |
+//! |---|---|
+//! | `digest.rs`, `recipe.rs`, `record.rs` | names of bytes, what was asked, what came of it |
+//! | `store.rs` | publishing, reading, looking up |
+//! | `index.rs` | lookups without opening a file |
+//! | `lock.rs` | who computes what |
+//! | `upkeep.rs` | count, verify, repair, remove |
+//! | `error.rs` | why it could not serve |
 mod digest;
+mod error;
+mod index;
+mod lock;
 mod recipe;
+mod record;
 mod store;
-pub use digest::Digest;
+mod upkeep;
+pub use digest::{Digest, Hex};
+pub use error::StoreError;
+pub use lock::{Claim, InUse};
 pub use recipe::{Change, Recipe, Slot};
-pub use store::{Record, Store, StoreError};
+pub use record::{Entry, Record};
+pub use store::{Found, Store};
+pub use upkeep::{Collected, Limits, Problem, Repaired, Shelf, Stats, Verified};

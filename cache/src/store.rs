@@ -1,98 +1,121 @@
-//! The store on disk: `recipes/`, `results/`, `objects/`, `tmp/`, `damaged/`.
+//! The store on disk: `recipes/`, `results/` and `objects/`, an `index` of the results, `partial/`, `locks/`, `tmp/`, `damaged/`.
 //!
 //! Publishing is write-to-`tmp`-then-rename, so it is atomic and idempotent: a reader sees all of a file or none of it,
-//! and two writers of one key write the same bytes. No lock is needed for correctness.
-use crate::{Digest, Recipe};
-use serde::{Deserialize, Serialize};
+//! and two writers of one key write the same bytes. No lock is needed for correctness. Opening makes nothing: the folders
+//! come with the first thing that is stored, so a store that can't be written still serves what it has.
+use crate::error::FORMAT;
+use crate::index::{Index, Known};
+use crate::lock::{self, Claim, InUse};
+use crate::{Digest, Entry, Recipe, Record, StoreError};
 use std::{
     fs,
     io::{self, Write},
+    os::unix::fs::MetadataExt,
     path::{Path, PathBuf},
-    sync::atomic::{AtomicU64, Ordering},
+    sync::{
+        Mutex, MutexGuard, PoisonError,
+        atomic::{AtomicBool, AtomicU64, Ordering},
+    },
 };
 
-/// Why the store could not serve.
-#[derive(Debug, thiserror::Error)]
-#[expect(missing_docs, reason = "the messages say it")]
-pub enum StoreError {
-    #[error("{path}: {source}")]
-    Io { path: PathBuf, source: io::Error },
-    #[error("object {0} was damaged: it was moved aside to `damaged/`; run again to recompute it")]
+/// Ties bytes to their key: what was damaged, or moved to another key's place, doesn't fit its seal.
+pub(crate) fn seal_of(key: Digest, bytes: &[u8]) -> Digest {
+    Digest::of_all(&[key.hex().as_str().as_bytes(), b"\n", bytes])
+}
+
+/// What the store has for a key.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Found {
+    /// A result, there and whole.
+    Whole(Entry),
+    /// It had the result with this digest, whose bytes are damaged or gone.
     Damaged(Digest),
-    #[error(
-        "{path}: this store has format {found}, this program reads {FORMAT}: use another --store, or the program that wrote it"
-    )]
-    Format { path: PathBuf, found: String },
-}
-
-const FORMAT: &str = "hvi-store/1";
-
-/// Ties a record to its key: one that was damaged, or moved to another key's place, doesn't fit its seal.
-fn seal_of(key: Digest, json: &str) -> String {
-    Digest::of(format!("{key}\n{json}").as_bytes()).to_string()
-}
-
-/// What came of a recipe.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Record {
-    /// Digest of the result's bytes.
-    pub output: Digest,
-    /// Kind of artifact.
-    pub kind: String,
-    /// Number of bytes.
-    pub bytes: u64,
-    /// Wall time it took [s].
-    pub wall_s: f64,
-    /// CPU time of the thread that computed it [s].
-    pub cpu_s: f64,
-    /// Host it was computed on.
-    pub host: String,
+    /// Nothing.
+    Nothing,
 }
 
 /// A store: a folder of results by what was asked.
 pub struct Store {
-    root: PathBuf,
+    pub(crate) root: PathBuf,
+    pub(crate) index: Mutex<Index>,
     serial: AtomicU64,
+    /// Whether this process has seen to it that the folders are there.
+    ready: AtomicBool,
+    notices: Mutex<Vec<String>>,
 }
 
 impl Store {
-    /// Opens the store in folder `root`, made if absent.
+    /// Opens the store in folder `root`, which may be absent or not writable; makes nothing.
     ///
     /// # Errors
-    /// [`StoreError::Io`] where the folder can't be made or read; [`StoreError::Format`] where it holds another format.
+    /// [`StoreError::Format`] where it holds another format; [`StoreError::Io`] where that can't be read.
     pub fn open(root: impl Into<PathBuf>) -> Result<Store, StoreError> {
-        let store = Store { root: root.into(), serial: AtomicU64::new(0) };
-        let path = store.root.join("format");
-        match fs::read_to_string(&path) {
-            Ok(found) if found.trim() == FORMAT => return Ok(store),
-            Ok(found) => return Err(StoreError::Format { path, found: found.trim().chars().take(40).collect() }),
-            Err(_) => {}
-        }
-        for shelf in ["recipes", "results", "objects", "tmp"] {
-            let path = store.root.join(shelf);
-            fs::create_dir_all(&path).map_err(|source| StoreError::Io { path, source })?;
-        }
-        store.publish(&path, FORMAT.as_bytes())?;
-        Ok(store)
+        let root = root.into();
+        check_format(&root)?;
+        let (at, mut notices) = (root.join("index"), Vec::new());
+        let index = Index::load(at.clone()).unwrap_or_else(|_| {
+            notices.push(set_index_aside(&root));
+            Index::empty(at)
+        });
+        let (serial, ready) = (AtomicU64::new(0), AtomicBool::new(false));
+        Ok(Store { root, index: Mutex::new(index), serial, ready, notices: Mutex::new(notices) })
     }
 
-    fn path(&self, shelf: &str, d: Digest) -> PathBuf {
-        let hex = d.to_string();
-        self.root.join(shelf).join(&hex[..2]).join(&hex[2..])
+    /// Its folder.
+    pub fn folder(&self) -> &Path {
+        &self.root
+    }
+
+    /// What was found damaged and moved aside since the last call, one sentence each.
+    pub fn notices(&self) -> Vec<String> {
+        std::mem::take(&mut self.notices.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    pub(crate) fn notice(&self, text: String) {
+        self.notices.lock().unwrap_or_else(PoisonError::into_inner).push(text);
+    }
+
+    pub(crate) fn index(&self) -> MutexGuard<'_, Index> {
+        self.index.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    pub(crate) fn path(&self, shelf: &str, d: Digest) -> PathBuf {
+        let hex = d.hex();
+        let (first, rest) = hex.as_str().split_at(2);
+        let mut path = PathBuf::with_capacity(self.root.as_os_str().len() + 80);
+        path.extend([self.root.as_path(), Path::new(shelf), Path::new(first), Path::new(rest)]);
+        path
+    }
+
+    /// Makes the folders and says which format they have.
+    fn prepare(&self) -> Result<(), StoreError> {
+        if self.ready.load(Ordering::Acquire) {
+            return Ok(());
+        }
+        for shelf in ["recipes", "results", "objects", "tmp", "locks", "partial"] {
+            let path = self.root.join(shelf);
+            fs::create_dir_all(&path).map_err(StoreError::write(&path))?;
+        }
+        let path = self.root.join("format");
+        if !path.exists() {
+            self.publish_to(&path, FORMAT.as_bytes())?;
+        }
+        self.ready.store(true, Ordering::Release);
+        Ok(())
     }
 
     /// Writes to a file of its own in `tmp/`, then renames.
-    fn publish(&self, to: &Path, bytes: &[u8]) -> Result<(), StoreError> {
-        let at = |path: &Path| {
-            let path = path.to_path_buf();
-            move |source| StoreError::Io { path, source }
-        };
+    pub(crate) fn publish(&self, to: &Path, bytes: &[u8]) -> Result<(), StoreError> {
+        self.prepare()?;
+        self.publish_to(to, bytes)
+    }
+
+    fn publish_to(&self, to: &Path, bytes: &[u8]) -> Result<(), StoreError> {
         let shelf = self.root.join("tmp");
-        for folder in [to.parent().expect("a file in the store has a folder"), &shelf] {
-            fs::create_dir_all(folder).map_err(at(folder))?;
-        }
-        let (tmp, mut file) = self.new_file(&shelf).map_err(at(&shelf))?;
-        let written = file.write_all(bytes).map_err(at(&tmp)).and_then(|()| fs::rename(&tmp, to).map_err(at(to)));
+        let (tmp, mut file) = self.new_file(&shelf).map_err(StoreError::write(&shelf))?;
+        let written = file.write_all(bytes).map_err(StoreError::write(&tmp));
+        drop(file);
+        let written = written.and_then(|()| rename(&tmp, to).map_err(StoreError::write(to)));
         if written.is_err() {
             let _ = fs::remove_file(&tmp);
         }
@@ -107,6 +130,8 @@ impl Store {
             match fs::OpenOptions::new().write(true).create_new(true).open(&path) {
                 Ok(file) => return Ok((path, file)),
                 Err(e) if e.kind() == io::ErrorKind::AlreadyExists => {}
+                // Somebody tidied up meanwhile.
+                Err(e) if e.kind() == io::ErrorKind::NotFound => fs::create_dir_all(shelf)?,
                 Err(e) => return Err(e),
             }
         }
@@ -115,7 +140,7 @@ impl Store {
     /// Stores `bytes` under their digest.
     ///
     /// # Errors
-    /// [`StoreError::Io`] where they can't be written.
+    /// [`StoreError`] where they can't be written.
     pub fn put(&self, bytes: &[u8]) -> Result<Digest, StoreError> {
         let d = Digest::of(bytes);
         let path = self.path("objects", d);
@@ -131,52 +156,197 @@ impl Store {
     /// [`StoreError::Io`] where they can't be read, [`StoreError::Damaged`] where they aren't what they should be.
     pub fn get(&self, d: Digest) -> Result<Vec<u8>, StoreError> {
         let path = self.path("objects", d);
-        let bytes = fs::read(&path).map_err(|source| StoreError::Io { path: path.clone(), source })?;
+        let bytes = fs::read(&path).map_err(StoreError::read(&path))?;
         if Digest::of(&bytes) == d {
             return Ok(bytes);
         }
-        self.set_aside(&path, d);
+        self.set_aside(&path, &d.to_string());
         Err(StoreError::Damaged(d))
     }
 
-    fn set_aside(&self, path: &Path, d: Digest) {
+    /// Moves a damaged file to `damaged/NAME`, or removes it where that fails.
+    pub(crate) fn set_aside(&self, path: &Path, name: &str) {
         let aside = self.root.join("damaged");
-        let moved = fs::create_dir_all(&aside).and_then(|()| fs::rename(path, aside.join(d.to_string())));
+        let moved = fs::create_dir_all(&aside).and_then(|()| fs::rename(path, aside.join(name)));
         if moved.is_err() {
             let _ = fs::remove_file(path);
         }
     }
 
-    /// What came of `key`, if it is known. A record that isn't whole, or belongs to another key, counts as unknown.
-    pub fn lookup(&self, key: Digest) -> Option<Record> {
-        let text = fs::read_to_string(self.path("results", key)).ok()?;
-        let (seal, json) = text.split_once('\n')?;
-        if seal != seal_of(key, json) {
-            return None;
-        }
-        serde_json::from_str(json).ok()
-    }
-
-    /// Whether the object with digest `d` is there and whole; changes nothing.
+    /// Whether the object with digest `d` is there and whole: reads and hashes it, changes nothing.
     pub fn holds(&self, d: Digest) -> bool {
         fs::read(self.path("objects", d)).is_ok_and(|bytes| Digest::of(&bytes) == d)
+    }
+
+    /// What the store has for `key`: from the index, with one look at the object's size and time.
+    ///
+    /// An object whose time isn't the one the index remembers is hashed; one that it remembers is hashed when it is used
+    /// (see [`Store::get`]). What other processes recorded since the store was opened is found too.
+    pub fn find(&self, key: Digest) -> Found {
+        let known = self.known(key);
+        let entry = match known {
+            Some(known) => known.entry,
+            None => match self.lookup(key) {
+                Some(record) => record.entry(),
+                None => return Found::Nothing,
+            },
+        };
+        let Ok(there) = fs::metadata(self.path("objects", entry.output)) else { return Found::Damaged(entry.output) };
+        let time = time_of(&there);
+        if there.len() != entry.bytes {
+            return Found::Damaged(entry.output);
+        }
+        if known.is_none_or(|known| known.object_time != time) {
+            if !self.holds(entry.output) {
+                return Found::Damaged(entry.output);
+            }
+            self.index().add(key, &Known { entry, object_time: time });
+        }
+        Found::Whole(entry)
+    }
+
+    fn known(&self, key: Digest) -> Option<Known> {
+        let mut index = self.index();
+        index.get(key).unwrap_or_else(|_| {
+            self.notice(set_index_aside(&self.root));
+            *index = Index::empty(self.root.join("index"));
+            None
+        })
+    }
+
+    /// What came of `key`, from its record. One that isn't whole, or belongs to another key, is moved aside and counts as
+    /// unknown.
+    pub fn lookup(&self, key: Digest) -> Option<Record> {
+        let path = self.path("results", key);
+        let bytes = fs::read(&path).ok()?;
+        let record = read_record(key, &bytes);
+        if record.is_none() {
+            self.notice(format!("the record of {} was damaged: it was moved aside to `damaged/`", key.short()));
+            self.set_aside(&path, &format!("record-{key}"));
+        }
+        record
     }
 
     /// Publishes what came of `recipe`.
     ///
     /// # Errors
-    /// [`StoreError::Io`] where it can't be written.
+    /// [`StoreError`] where it can't be written.
     pub fn record(&self, recipe: &Recipe, record: &Record) -> Result<(), StoreError> {
         let key = recipe.key();
         let asked = serde_json::to_vec(recipe).expect("recipes are plain data");
         let came = serde_json::to_string(record).expect("records are plain data");
         self.publish(&self.path("recipes", key), &asked)?;
-        self.publish(&self.path("results", key), format!("{}\n{came}", seal_of(key, &came)).as_bytes())
+        let seal = seal_of(key, came.as_bytes());
+        self.publish(&self.path("results", key), format!("{seal}\n{came}").as_bytes())?;
+        let object = self.path("objects", record.output);
+        let object_time = fs::metadata(&object).map_err(StoreError::read(&object)).map(|there| time_of(&there))?;
+        self.index().add(key, &Known { entry: record.entry(), object_time });
+        Ok(())
     }
 
-    /// The recipe behind `key`, if it is known.
+    /// The recipe behind `key`, if it is known and whole.
     pub fn recipe(&self, key: Digest) -> Option<Recipe> {
-        let recipe: Recipe = serde_json::from_slice(&fs::read(self.path("recipes", key)).ok()?).ok()?;
-        (recipe.key() == key).then_some(recipe)
+        read_recipe(key, &fs::read(self.path("recipes", key)).ok()?)
     }
+
+    /// Claims `key` for this process while it computes it: none where another process or thread has it, whose result
+    /// [`Store::find`] has once the claim can be had. A claim ends when it is dropped, or with its process.
+    ///
+    /// # Errors
+    /// [`StoreError`] where the store can't be written, or its file system has no locks: go on without.
+    pub fn claim(&self, key: Digest) -> Result<Option<Claim>, StoreError> {
+        self.prepare()?;
+        let path = self.root.join("locks").join(key.hex().as_str());
+        lock::claim(&path).map_err(StoreError::write(&path))
+    }
+
+    /// Says that this process uses the store, so that nothing is removed from it meanwhile.
+    ///
+    /// # Errors
+    /// [`StoreError::Busy`] where somebody removes things just now; others where the store can't be written: go on without.
+    pub fn hold(&self) -> Result<InUse, StoreError> {
+        self.held(false)
+    }
+
+    pub(crate) fn held(&self, exclusive: bool) -> Result<InUse, StoreError> {
+        self.prepare()?;
+        let path = self.root.join("locks/store");
+        let held = lock::hold(&path, exclusive).map_err(StoreError::write(&path))?;
+        held.ok_or_else(|| StoreError::Busy { path: self.root.clone() })
+    }
+
+    /// Keeps what the computation of `key` needs to go on after a stop, in place of what was kept before.
+    ///
+    /// # Errors
+    /// [`StoreError`] where it can't be written.
+    pub fn keep_partial(&self, key: Digest, bytes: &[u8]) -> Result<(), StoreError> {
+        let mut sealed = seal_of(key, bytes).bytes().to_vec();
+        sealed.extend(bytes);
+        self.publish(&self.root.join("partial").join(key.hex().as_str()), &sealed)
+    }
+
+    /// What was kept for `key`; what is damaged, or was kept for another key, is removed and counts as nothing.
+    pub fn partial(&self, key: Digest) -> Option<Vec<u8>> {
+        let path = self.root.join("partial").join(key.hex().as_str());
+        let mut bytes = fs::read(&path).ok()?;
+        let whole = bytes.split_first_chunk::<32>().filter(|(seal, body)| seal_of(key, body).bytes() == *seal);
+        if whole.is_none() {
+            let _ = fs::remove_file(&path);
+            return None;
+        }
+        bytes.drain(..32);
+        Some(bytes)
+    }
+
+    /// Forgets what was kept for `key`.
+    pub fn drop_partial(&self, key: Digest) {
+        let _ = fs::remove_file(self.root.join("partial").join(key.hex().as_str()));
+    }
+}
+
+fn check_format(root: &Path) -> Result<(), StoreError> {
+    let path = root.join("format");
+    match fs::read_to_string(&path) {
+        Ok(found) if found.trim() == FORMAT => Ok(()),
+        Ok(found) => Err(StoreError::Format { path, found: found.trim().chars().take(40).collect() }),
+        Err(e) if matches!(e.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory) => Ok(()),
+        Err(source) => Err(StoreError::Io { path, source }),
+    }
+}
+
+/// Moves a damaged index to `damaged/`; says so.
+pub(crate) fn set_index_aside(root: &Path) -> String {
+    let aside = root.join("damaged");
+    let moved = fs::create_dir_all(&aside).and_then(|()| fs::rename(root.join("index"), aside.join("index")));
+    let where_to = if moved.is_ok() { "it was moved aside to `damaged/` and grows anew" } else { "it is not used" };
+    format!("the store's index was damaged: {where_to}")
+}
+
+fn rename(from: &Path, to: &Path) -> io::Result<()> {
+    match fs::rename(from, to) {
+        Err(e) if e.kind() == io::ErrorKind::NotFound => {
+            fs::create_dir_all(to.parent().unwrap_or(Path::new("")))?;
+            fs::rename(from, to)
+        }
+        done => done,
+    }
+}
+
+pub(crate) fn time_of(file: &fs::Metadata) -> i64 {
+    file.mtime().wrapping_mul(1_000_000_000).wrapping_add(file.mtime_nsec())
+}
+
+pub(crate) fn read_record(key: Digest, bytes: &[u8]) -> Option<Record> {
+    let text = std::str::from_utf8(bytes).ok()?;
+    let (seal, json) = text.split_once('\n')?;
+    if seal != seal_of(key, json.as_bytes()).hex().as_str() {
+        return None;
+    }
+    let record: Record = serde_json::from_str(json).ok()?;
+    (record.kind.len() <= Entry::LONGEST_KIND).then_some(record)
+}
+
+pub(crate) fn read_recipe(key: Digest, bytes: &[u8]) -> Option<Recipe> {
+    let recipe: Recipe = serde_json::from_slice(bytes).ok()?;
+    (recipe.key() == key).then_some(recipe)
 }
