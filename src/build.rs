@@ -33,6 +33,12 @@ fn main() -> Result<(), Failure> {
         }
     }
     table += "];\n";
+    let version = std::process::Command::new(env::var("RUSTC")?).arg("--version").output()?;
+    let (version, target) = (String::from_utf8_lossy(&version.stdout).trim().to_string(), env::var("TARGET")?);
+    table += &format!(
+        "/// Compiler that built this program, and its target.\npub const COMPILER: &str = {:?};\n",
+        format!("{version}, {target}")
+    );
     let mut program = blake3::Hasher::new();
     for file in files(&root.join("src"))? {
         program.update(&fs::read(file)?);

@@ -4,7 +4,7 @@
 use crate::events::{Event, Listener};
 use crate::plan::{Input, NodeId, Plan};
 use crate::registry;
-use hvi_cache::Record;
+use hvi_cache::{Entry, Found, Record};
 use hvi_kit::{Cancel, Ctx, Digest, Made, Recipe, Slot, StageDef, StageError, Store};
 use std::collections::{BTreeMap, BinaryHeap, HashMap};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -28,9 +28,9 @@ pub struct Options<'a> {
 #[derive(Clone, Debug)]
 pub enum Outcome {
     /// The result was in the store.
-    Hit(Record),
+    Hit(Entry),
     /// It was computed.
-    Ran(Record),
+    Ran(Entry),
     /// It failed, and why.
     Failed(String),
     /// Something it needs has no result.
@@ -40,8 +40,8 @@ pub enum Outcome {
 }
 
 impl Outcome {
-    /// What is on record, where there is a result.
-    pub fn record(&self) -> Option<&Record> {
+    /// What the store has, where there is a result.
+    pub fn entry(&self) -> Option<&Entry> {
         match self {
             Outcome::Hit(r) | Outcome::Ran(r) => Some(r),
             _ => None,
@@ -80,22 +80,11 @@ pub fn recipe(plan: &Plan, id: NodeId, output: &dyn Fn(NodeId) -> Option<Digest>
     })
 }
 
-/// What the store has for a key.
-pub enum Stored {
-    /// A result, there and whole.
-    Whole(Record),
-    /// It had one whose bytes are damaged or gone.
-    Damaged(Digest),
-    /// Nothing.
-    Nothing,
-}
-
-/// Looks a node's result up; changes nothing.
-pub fn stored(store: &Store, key: Digest, stage: &StageDef) -> Stored {
-    match store.lookup(key).filter(|record| record.kind == stage.output) {
-        Some(record) if store.holds(record.output) => Stored::Whole(record),
-        Some(record) => Stored::Damaged(record.output),
-        None => Stored::Nothing,
+/// Looks a node's result up; a result of another kind is none.
+pub fn stored(store: &Store, key: Digest, stage: &StageDef) -> Found {
+    match store.find(key) {
+        Found::Whole(entry) if entry.kind() != stage.output => Found::Nothing,
+        found => found,
     }
 }
 
@@ -226,21 +215,21 @@ impl<'a> Coordinator<'a> {
                 self.settle(id, blocked);
                 continue;
             }
-            let output = |n: NodeId| self.outcomes[n].as_ref()?.record().map(|r| r.output);
+            let output = |n: NodeId| self.outcomes[n].as_ref()?.entry().map(|e| e.output);
             let recipe = recipe(self.plan, id, &output).expect("every need has a result");
             let key = recipe.key();
             self.keys[id] = Some(key);
             match stored(self.store, key, self.plan.nodes[id].stage) {
-                Stored::Whole(record) => {
-                    self.settle(id, Outcome::Hit(record));
+                Found::Whole(entry) => {
+                    self.settle(id, Outcome::Hit(entry));
                     continue;
                 }
-                Stored::Damaged(output) => {
+                Found::Damaged(output) => {
                     // Reading it moves what is left of it aside.
                     let _ = self.store.get(output);
                     self.options.listener.on(self.plan, &Event::Damaged { node: id });
                 }
-                Stored::Nothing => {}
+                Found::Nothing => {}
             }
             if self.running.values().any(|k| *k == key) {
                 self.same.entry(key).or_default().push(id);
@@ -254,7 +243,7 @@ impl<'a> Coordinator<'a> {
 
     /// Why `id` can't run: something it needs has no result.
     fn blocked(&self, id: NodeId) -> Option<Outcome> {
-        let without = |n: &NodeId| self.outcomes[*n].as_ref().is_none_or(|o| o.record().is_none());
+        let without = |n: &NodeId| self.outcomes[*n].as_ref().is_none_or(|o| o.entry().is_none());
         let need = self.plan.needs(id).find(without)?;
         Some(match &self.outcomes[need] {
             Some(Outcome::Cancelled) | None => Outcome::Cancelled,
@@ -267,7 +256,7 @@ impl<'a> Coordinator<'a> {
         let key = self.running.remove(&id);
         for twin in key.and_then(|k| self.same.remove(&k)).unwrap_or_default() {
             let shared = match &outcome {
-                Outcome::Ran(record) => Outcome::Hit(record.clone()),
+                Outcome::Ran(entry) => Outcome::Hit(*entry),
                 other => other.clone(),
             };
             self.settle(twin, shared);
@@ -278,7 +267,7 @@ impl<'a> Coordinator<'a> {
     fn settle(&mut self, id: NodeId, outcome: Outcome) {
         let event = match &outcome {
             Outcome::Hit(_) => Event::Hit { node: id },
-            Outcome::Ran(record) => Event::Ran { node: id, seconds: record.wall_s },
+            Outcome::Ran(entry) => Event::Ran { node: id, seconds: f64::from(entry.wall_s) },
             Outcome::Failed(why) => Event::Failed { node: id, why: why.clone() },
             Outcome::Skipped(why) => Event::Skipped { node: id, why: why.clone() },
             Outcome::Cancelled => Event::Cancelled { node: id },
@@ -323,9 +312,14 @@ fn compute(plan: &Plan, id: NodeId, recipe: &Recipe, store: &Store, options: &Op
         wall_s: start.elapsed().as_secs_f64(),
         cpu_s: cpu_seconds() - cpu,
         host: std::fs::read_to_string("/proc/sys/kernel/hostname").map_or_else(|_| String::new(), |h| h.trim().into()),
+        program: env!("CARGO_PKG_VERSION").into(),
+        compiler: registry::COMPILER.into(),
+        threads: ctx.threads,
+        cores: std::thread::available_parallelism().map_or(1, usize::from),
+        finished: std::time::UNIX_EPOCH.elapsed().map_or(0, |since| since.as_secs()),
     };
     match store.record(recipe, &record) {
-        Ok(()) => Outcome::Ran(record),
+        Ok(()) => Outcome::Ran(record.entry()),
         Err(e) => Outcome::Failed(e.to_string()),
     }
 }

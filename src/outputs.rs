@@ -113,7 +113,7 @@ pub fn write(pipeline: &Pipeline, plan: &Plan, run: &Report, store: &Store, fold
         }
     }
     let mut keys = old.keys;
-    let known = (0..plan.nodes.len()).filter(|&id| run.outcomes[id].record().is_some());
+    let known = (0..plan.nodes.len()).filter(|&id| run.outcomes[id].entry().is_some());
     keys.extend(known.filter_map(|id| Some((plan.label(id), run.keys[id]?))));
     let manifest = Manifest { pipeline: full(&pipeline.path), study, files: writer.files, keys };
     publish(&folder.join(MANIFEST), &serde_json::to_vec(&manifest)?)?;
@@ -125,7 +125,7 @@ fn stays(name: &str, pipeline: &Pipeline, plan: &Plan, run: &Report) -> bool {
     let owner = name.split('/').next().unwrap_or(name);
     let owner = owner.strip_suffix(".csv").or(owner.strip_suffix(".h5")).unwrap_or(owner);
     match plan.steps.iter().find(|s| s.name == owner) {
-        Some(step) => step.nodes.clone().any(|id| run.outcomes[id].record().is_none()),
+        Some(step) => step.nodes.clone().any(|id| run.outcomes[id].entry().is_none()),
         None => pipeline.steps.iter().any(|s| s.name == owner),
     }
 }
@@ -169,9 +169,9 @@ fn point(plan: &Plan, run: &Report, store: &Store, id: NodeId, unreadable: &mut 
         Outcome::Skipped(why) => State::Skipped(why.clone()),
         Outcome::Cancelled => State::Cancelled,
     };
-    if let Some(record) = run.outcomes[id].record() {
-        seconds = record.wall_s;
-        match (node.stage.show)(record.output, store) {
+    if let Some(entry) = run.outcomes[id].entry() {
+        seconds = f64::from(entry.wall_s);
+        match (node.stage.show)(entry.output, store) {
             Ok(shown) => (scalars, views) = (shown.scalars, shown.views),
             Err(e) => {
                 unreadable.push(format!("{}: its result can't be read: {e}", plan.label(id)));

@@ -208,7 +208,9 @@ fn writers_at_once_leave_a_whole_store() {
             let folder = folder.path();
             scope.spawn(move || {
                 let store = Store::open(folder).unwrap();
-                (0..100).for_each(|n| assert!(store_result(&store, (7 * first + n) % 100).0 == recipe((7 * first + n) % 100).key()));
+                (0..100).for_each(|n| {
+                    assert!(store_result(&store, (7 * first + n) % 100).0 == recipe((7 * first + n) % 100).key())
+                });
             });
         }
     });

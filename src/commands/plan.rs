@@ -1,9 +1,10 @@
 //! `plan`: what `run` would compute, and why; computes nothing.
 use super::{Done, OutArgs, StudyArgs};
-use crate::console::{duration, say};
-use crate::execute::{self, Stored};
+use crate::console::{duration, say, warn};
+use crate::execute;
 use crate::outputs;
 use crate::plan::{NodeId, Plan};
+use hvi_cache::Found;
 use hvi_kit::Store;
 use std::collections::BTreeMap;
 use std::process::ExitCode;
@@ -36,6 +37,7 @@ pub fn run(args: &Args) -> Done {
     let store = args.study.store()?;
     let last = outputs::last_keys(&args.out.folder(&pipeline));
     let forecasts = forecast(&plan, &store, &last);
+    store.notices().iter().for_each(|text| warn(format_args!("{text}")));
     let count = |f: fn(&Forecast) -> bool| forecasts.iter().filter(|x| f(x)).count();
     let cost: f64 =
         forecasts.iter().zip(&plan.nodes).filter(|(f, _)| !matches!(f, Forecast::Known)).map(|(_, n)| n.cost).sum();
@@ -76,12 +78,12 @@ fn forecast(plan: &Plan, store: &Store, last: &BTreeMap<String, hvi_kit::Digest>
                 Forecast::Unknown(missing.map_or_else(String::new, |n| plan.steps[plan.nodes[n].step].name.clone()))
             }
             Some(recipe) => match execute::stored(store, recipe.key(), plan.nodes[id].stage) {
-                Stored::Whole(record) => {
-                    outputs[id] = Some(record.output);
+                Found::Whole(entry) => {
+                    outputs[id] = Some(entry.output);
                     Forecast::Known
                 }
-                Stored::Damaged(_) => Forecast::Run("its stored result is damaged or gone".into()),
-                Stored::Nothing => Forecast::Run(reason(&recipe, store, last.get(&plan.label(id)))),
+                Found::Damaged(_) => Forecast::Run("its stored result is damaged or gone".into()),
+                Found::Nothing => Forecast::Run(reason(&recipe, store, last.get(&plan.label(id)))),
             },
         };
         all.push(forecast);

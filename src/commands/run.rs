@@ -48,6 +48,7 @@ pub fn run(args: &Args) -> Done {
     let console = Console::new(mode, &plan, jobs);
     let report = execute::execute(&plan, &store, &Options { jobs, cancel, listener: &console })?;
     console.finish();
+    store.notices().iter().for_each(|text| warn(format_args!("{text}")));
     let written = outputs::write(&pipeline, &plan, &report, &store, &folder)
         .map_err(|e| Stop::Machine(format!("can't write results to {}: {e}", folder.display())))?;
     let counts = Counts::of(&report);

@@ -65,6 +65,8 @@ fn damaged_records_and_recipes_are_no_obstacle() {
     for (path, _) in project.files("store/results").into_iter().chain(project.files("store/recipes")) {
         std::fs::write(path, "{").unwrap();
     }
+    assert!(project.run().err.contains("3 from the store, 0 computed"), "the index has a sealed copy");
+    std::fs::remove_file(project.path("store/index")).unwrap();
     let said = project.hvi(&["plan", "study.toml"]);
     assert_eq!(said.code, 0, "{}", said.err);
     assert!(project.run().err.contains("0 from the store, 3 computed"));
@@ -81,6 +83,7 @@ fn plan_says_what_would_run_and_why() {
     project.run();
     assert!(project.hvi(&["plan", "study.toml"]).out.contains("3 results: 3 known, 0 to run"));
     std::fs::remove_dir_all(project.path("store/results")).unwrap();
+    std::fs::remove_file(project.path("store/index")).unwrap();
     let said = project.hvi(&["plan", "study.toml"]);
     assert!(said.out.contains("its result is no longer in the store"), "{}", said.out);
 }
@@ -132,6 +135,7 @@ fn records_prove_whose_they_are() {
     let results = project.files("store/results");
     std::fs::write(&results[0].0, &results[1].1).unwrap();
     std::fs::write(&results[1].0, &results[0].1).unwrap();
+    std::fs::remove_file(project.path("store/index")).unwrap();
     let again = project.run();
     assert!(again.err.contains("1 from the store, 2 computed"), "{}", again.err);
     assert_eq!(std::fs::read(project.path("out/study/metal.csv")).unwrap(), before);
