@@ -16,7 +16,7 @@
 //! |---|---|
 //! | `cli.rs`, `commands.rs`, `commands/` | the command line, one file a command |
 //! | `pipeline.rs`, `value.rs`, `sweep.rs` | the pipeline file as written, with places for messages |
-//! | `plan.rs` | references resolved, ports matched, parameters checked, order |
+//! | `plan.rs`, `reference.rs` | references resolved, ports matched, parameters checked, order |
 //! | `registry.rs` | every stage, and the digest of its code (`build.rs` makes it) |
 //! | `execute.rs` | lookup, workers, failures, cancel |
 //! | `events.rs`, `console.rs` | what happens, and how it is shown |
@@ -40,6 +40,7 @@ pub mod mistake;
 pub mod outputs;
 pub mod pipeline;
 pub mod plan;
+pub mod reference;
 pub mod registry;
 pub mod report;
 pub mod sweep;

@@ -3,6 +3,7 @@
 //! Complete before the first stage runs: what can be known to be wrong without computing is found here.
 use crate::mistake::{At, Mistake};
 use crate::pipeline::{Pipeline, Step};
+use crate::reference::{self, Reference, Selection};
 use crate::sweep;
 use crate::value::{Key, Node as Written, Table, Value};
 use hvi_kit::engine::Engine;
@@ -127,36 +128,12 @@ fn wanted(pipeline: &Pipeline, only: &[String]) -> Result<Vec<usize>, Mistake> {
     only.iter().map(find).collect()
 }
 
-/// A reference: `@step`, `@step[*]` or `@step[key=value, ...]`.
-struct Reference<'a> {
-    step: &'a str,
-    selection: Selection<'a>,
-}
-
-enum Selection<'a> {
-    None,
-    All,
-    Where(Vec<(&'a str, &'a str)>),
-}
-
 fn reference<'a>(text: &'a str, at: &At) -> Result<Reference<'a>, Mistake> {
-    let wrong = |why: &str| {
+    let body = text.strip_prefix('@').ok_or("it doesn't begin with `@`");
+    body.and_then(reference::parse).map_err(|why| {
         let mistake = Mistake::new(format!("`{text}` is no reference: {why}")).at(at, "here");
         mistake.help("write \"@STEP\", \"@STEP[*]\" or \"@STEP[key=value]\"")
-    };
-    let body = text.strip_prefix('@').ok_or_else(|| wrong("it doesn't begin with `@`"))?;
-    let Some((step, rest)) = body.split_once('[') else {
-        return Ok(Reference { step: body.trim(), selection: Selection::None });
-    };
-    let inner = rest.trim_end().strip_suffix(']').ok_or_else(|| wrong("`[` is not closed"))?;
-    if inner.trim() == "*" {
-        return Ok(Reference { step: step.trim(), selection: Selection::All });
-    }
-    let pairs = inner.split(',').map(|pair| {
-        let (key, value) = pair.split_once('=').ok_or_else(|| wrong("a selection is key=value"))?;
-        Ok((key.trim(), value.trim()))
-    });
-    Ok(Reference { step: step.trim(), selection: Selection::Where(pairs.collect::<Result<_, _>>()?) })
+    })
 }
 
 /// Every reference in a value, by place.
@@ -364,29 +341,8 @@ impl Builder<'_> {
                 Err(Mistake::new(title).at(at, "which one?").help(format!("select one: \"@{}[key=value]\"", step.name)))
             }
             Selection::All => Ok(all),
-            Selection::Where(pairs) => self.select(step, &all, &pairs, at),
+            Selection::Where(pairs) => reference::select(self.plan, planned, &pairs).map_err(|m| m.at(at, "here")),
         }
-    }
-
-    fn select(&self, step: &Step, all: &[NodeId], pairs: &[(&str, &str)], at: &At) -> Result<Vec<NodeId>, Mistake> {
-        let keys: Vec<&str> = step.points.iter().flatten().map(|(k, _)| k.text.as_str()).collect();
-        for (key, _) in pairs {
-            if !keys.contains(key) {
-                let mistake = Mistake::new(format!("`{}` does not sweep `{key}`", step.name)).at(at, "here");
-                return Err(mistake.nearest(key, keys.iter().copied().collect::<std::collections::BTreeSet<_>>()));
-            }
-        }
-        let fits = |id: &&NodeId| {
-            pairs.iter().all(|(key, value)| self.plan.nodes[**id].swept.iter().any(|(k, v)| k == key && same(v, value)))
-        };
-        let found: Vec<NodeId> = all.iter().filter(fits).copied().collect();
-        if found.is_empty() {
-            let mistake = Mistake::new(format!("no point of `{}` fits the selection", step.name)).at(at, "here");
-            let mut values: Vec<String> = all.iter().map(|id| self.plan.nodes[*id].point.clone()).collect();
-            values.truncate(12);
-            return Err(mistake.help(format!("it has: {}", values.join(" | "))));
-        }
-        Ok(found)
     }
 
     fn file(&mut self, value: &Value) -> Result<Input, Mistake> {
@@ -421,19 +377,6 @@ impl Builder<'_> {
         let named = if key.is_empty() { of } else { format!("{of}: `{key}`") };
         Mistake::new(format!("{named}: {why}")).at(&at, "this is refused")
     }
-}
-
-/// Whether two values as written are the same: as text, or as quantities.
-fn same(a: &str, b: &str) -> bool {
-    let quantity = |text: &str| {
-        let (number, unit) = hvi_kit::units::split(text)?;
-        match hvi_kit::units::dimension(unit) {
-            Some(d) => hvi_kit::units::si(text, d).ok(),
-            None if unit.is_empty() => number.parse().ok(),
-            None => None,
-        }
-    };
-    a == b || matches!((quantity(a), quantity(b)), (Some(x), Some(y)) if x == y)
 }
 
 fn example(port: &Port) -> &'static str {

@@ -114,9 +114,16 @@ fn range(text: &str, at: &At) -> Result<Vec<Value>, Mistake> {
     Ok((0..count).map(value).collect())
 }
 
-/// `velocity=2.5 km/s, diameter=1.6 mm`; empty for the only point of a step without a sweep.
+/// `velocity=2.5 km/s, diameter=1.6 mm`; empty for the only point of a step without a sweep. A text that a selection would
+/// read otherwise stands in quotes.
 pub fn label(point: &Point) -> String {
-    point.iter().map(|(k, v)| format!("{}={}", k.text, v.label())).collect::<Vec<_>>().join(", ")
+    let value = |v: &Value| match &v.node {
+        Node::Text(text) if text.contains([',', '[', ']', '{', '}', '"']) && !text.contains('\'') => {
+            format!("'{text}'")
+        }
+        _ => v.label(),
+    };
+    point.iter().map(|(k, v)| format!("{}={}", k.text, value(v))).collect::<Vec<_>>().join(", ")
 }
 
 #[cfg(test)]

@@ -69,3 +69,22 @@ fn a_failed_point_leaves_the_others_running() {
     let page = std::fs::read_to_string(project.path("out/study/report.html")).unwrap();
     assert!(page.contains("film"));
 }
+
+/// A point can be selected by what its label shows, whatever its values hold.
+#[test]
+fn a_selection_takes_values_with_commas() {
+    let swept = SCENE
+        .replace(
+            "sweep = { velocity = [\"2 km/s\", \"3 km/s\"] }",
+            "velocity = \"2 km/s\"\nsweep = { times = [[\"0.1 us\"], [\"0.1 us\", \"0.2 us\"]] }",
+        )
+        .replace("@hit[velocity=3000 m/s]", "@hit[times=[100 ns, 0.2 us]]");
+    let project = Project::new(&swept);
+    project.write("materials.toml", MATERIAL);
+    let said = project.hvi(&["plan", "study.toml"]);
+    assert_eq!(said.code, 0, "{}", said.err);
+    project.write("study.toml", &swept.replace("[100 ns, 0.2 us]", "[100 ns, 0.3 us]"));
+    let said = project.hvi(&["plan", "study.toml"]);
+    assert_eq!(said.code, 2);
+    assert!(said.err.contains("it has: times=[0.1 us] | times=[0.1 us, 0.2 us]"), "{}", said.err);
+}

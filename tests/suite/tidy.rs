@@ -58,7 +58,8 @@ fn stages_are_pure() {
         if tests {
             continue;
         }
-        if path.file_name().is_some_and(|name| name == "tests.rs") {
+        // The one door to programs outside, whose version is in the recipe.
+        if path.file_name().is_some_and(|name| name == "tests.rs") || path.ends_with("kit/src/engine.rs") {
             continue;
         }
         let code = text.split("#[cfg(test)]\nmod tests {").next().unwrap();
