@@ -38,6 +38,19 @@ fn main() {
         time(name, &eos, states);
     }
     time("70 % solid, 10 % each", &eos, &mixed);
+    for set in hvi_eos::Instructions::all() {
+        for (name, states) in names.iter().zip(&regimes).chain([(&"mixed", &mixed)]) {
+            let (v, e): (Vec<f64>, Vec<f64>) = states.iter().copied().unzip();
+            let mut out = hvi_eos::Points::default();
+            let mut best = f64::INFINITY;
+            for _ in 0..20 {
+                let started = Instant::now();
+                eos.evaluate_with(set, black_box(&v), &e, &mut out);
+                best = best.min(started.elapsed().as_secs_f64() / v.len() as f64);
+            }
+            println!("{} {name:25} {:7.1} ns", set.name(), best * 1e9);
+        }
+    }
     time("solid, neighbouring V", &eos, &near);
 }
 

@@ -41,7 +41,7 @@ impl<const N: usize> Table<N> {
 }
 
 /// Coefficients of the quintic with jets `a` at 0 and `b` at 1, in the coordinate local to an interval of length `h`.
-fn quintic(a: Jet, b: Jet, h: f64) -> [f64; 6] {
+pub(crate) fn quintic(a: Jet, b: Jet, h: f64) -> [f64; 6] {
     let (c0, c1, c2) = (a[0], h * a[1], 0.5 * h * h * a[2]);
     let rise = b[0] - c0 - c1 - c2;
     let slope = h * b[1] - c1 - 2.0 * c2;

@@ -1,45 +1,103 @@
 //! Functions of volume alone: the cold curve, the melting temperature and the electronic heat, tabulated.
 use super::parameters::Parameters;
-use crate::model::table::{Jet, Table};
+use crate::lanes::Eight;
+use crate::model::table::{Jet, quintic};
 use hvi_kit::math::{exp, log};
 
 /// Intervals of the table a unit of V/V0. The cold curve steepens towards the pole at x = 1/S; at 0.92/S this many keep
-/// its interpolation error near 1e-9 of the value, at x = 0.5 below 1e-12; more would not fit the first-level cache.
+/// its interpolation error near 1e-9 of the value, at x = 0.5 below 1e-12; more would crowd the second-level cache.
 const PER_UNIT: f64 = 320.0;
 
-/// E0 [J/kg], T_m [K] and G [J/kg/K2] over u = V/V0, from the densest state to V_J.
-///
-/// E0 solves `dE0/dx = Q + gamma/(1-x) E0`, x = 1 - u (the cold curve whose Hugoniot is Us = C + S up): between nodes
-/// by Gauss-Legendre quadrature, at nodes with exact derivatives. Pressure is the derivative of the interpolant.
-pub(super) fn table(p: &Parameters) -> Table<3> {
-    let (cap, open) = (1.0 - p.cap(), p.join_ratio);
-    let above = ((open - cap) * PER_UNIT).ceil() as usize;
-    let step = (open - cap) / above as f64;
-    let below = ((p.densest() - p.cap()) / step).ceil() as usize;
-    let curve = ColdCurve::new(p);
-    let at = |i: isize| cap + i as f64 * step;
+/// What a row of [`Functions`] holds, by lane: E0 [J/kg], P0 [Pa], dP0/dV, T_m [K], G [J/kg/K2], the melting band's width w [J/kg],
+/// dw/dV and d2w/dV2.
+pub(super) type Row = [f64; 8];
 
-    // From the reference state at u = 1 outwards in both directions, so that rounding grows away from it.
-    let first = ((1.0 - cap) / step).floor() as isize;
+/// The functions of volume alone over u = V/V0, from the densest state to V_J: quintic Hermite pieces of E0, T_m, G and w.
+///
+/// P0 and dw/dV are derivatives of the interpolants, so that pressure and energy stay exactly consistent.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Functions {
+    start: f64,
+    per_step: f64,
+    /// `[interval][power of the local coordinate 0..1][lane]`
+    pieces: Vec<[Row; 6]>,
+}
+
+impl Functions {
+    /// E0 solves `dE0/dx = Q + gamma/(1-x) E0`, x = 1 - u (the cold curve whose Hugoniot is Us = C + S up): between nodes
+    /// by Gauss-Legendre quadrature, at nodes with exact derivatives.
+    pub fn new(p: &Parameters, melting_entropy: f64) -> Functions {
+        let (cap, open) = (1.0 - p.cap(), p.join_ratio);
+        let above = ((open - cap) * PER_UNIT).ceil() as usize;
+        let step = (open - cap) / above as f64;
+        let below = ((p.densest() - p.cap()) / step).ceil() as usize;
+        let at = |i: usize| cap + (i as f64 - below as f64) * step;
+        let cold = cold_nodes(p, cap, step, above);
+        let node = |i: usize| -> [Jet; 4] {
+            let e0 = match i.checked_sub(below) {
+                Some(i) => cold[i],
+                None => tangent(cold[0], (i as f64 - below as f64) * step),
+            };
+            let tm = melting(p, at(i));
+            [e0, tm, electronic(p, at(i)), width(p, at(i), tm[0], melting_entropy)]
+        };
+        let nodes: Vec<[Jet; 4]> = (0..=below + above).map(node).collect();
+        let per_volume = 1.0 / (step * p.volume);
+        let pieces = nodes
+            .windows(2)
+            .map(|ends| {
+                let [e0, tm, g, w]: [[f64; 6]; 4] = std::array::from_fn(|k| quintic(ends[0][k], ends[1][k], step));
+                let (p0, dw) = (slope(&e0, -per_volume), slope(&w, per_volume));
+                let lanes = [e0, p0, slope(&p0, per_volume), tm, g, w, dw, slope(&dw, per_volume)];
+                std::array::from_fn(|power| std::array::from_fn(|lane| lanes[lane][power]))
+            })
+            .collect();
+        Functions { start: at(0), per_step: 1.0 / step, pieces }
+    }
+
+    /// The row at `u`, clamped to the range.
+    #[inline(always)]
+    pub fn at<R: Eight>(&self, u: f64) -> Row {
+        // `as` truncates and saturates: positions below 0 land in the first interval, NaN too.
+        let position = (u - self.start) * self.per_step;
+        let interval = (position as usize).min(self.pieces.len() - 1);
+        let s = R::of((position - interval as f64).clamp(0.0, 1.0));
+        let [c0, c1, c2, c3, c4, c5] = &self.pieces[interval];
+        let high = (R::load(c5) * s + R::load(c4)) * s + R::load(c3);
+        let mut row = [0.0; 8];
+        (((high * s + R::load(c2)) * s + R::load(c1)) * s + R::load(c0)).store(&mut row);
+        row
+    }
+
+    /// The smallest u of the range.
+    pub fn densest(&self) -> f64 {
+        self.start
+    }
+}
+
+/// Coefficients of `scale` times the derivative of the polynomial `c`.
+fn slope(c: &[f64; 6], scale: f64) -> [f64; 6] {
+    std::array::from_fn(|k| if k < 5 { scale * (k + 1) as f64 * c[k + 1] } else { 0.0 })
+}
+
+/// E0 at `cap + i step`, 0 <= i <= `above`: from the reference state at u = 1 outwards in both directions, so that rounding
+/// grows away from it.
+fn cold_nodes(p: &Parameters, cap: f64, step: f64, above: usize) -> Vec<Jet> {
+    let curve = ColdCurve::new(p);
+    let at = |i: usize| cap + i as f64 * step;
+    let first = ((1.0 - cap) / step).floor() as usize;
     let mut cold = vec![[0.0; 3]; above + 1];
     let mut inward = (1.0, curve.reference);
     for i in (0..=first).rev() {
         inward = (at(i), curve.advance(inward.0, inward.1, at(i)));
-        cold[i as usize] = curve.jet(inward.0, inward.1);
+        cold[i] = curve.jet(inward.0, inward.1);
     }
     let mut outward = (1.0, curve.reference);
-    for i in first + 1..=above as isize {
+    for i in first + 1..=above {
         outward = (at(i), curve.advance(outward.0, outward.1, at(i)));
-        cold[i as usize] = curve.jet(outward.0, outward.1);
+        cold[i] = curve.jet(outward.0, outward.1);
     }
-    let end = cold[0];
-    let nodes: Vec<[Jet; 3]> = (-(below as isize)..=above as isize)
-        .map(|i| {
-            let e0 = usize::try_from(i).map_or_else(|_| tangent(end, i as f64 * step), |i| cold[i]);
-            [e0, melting(p, at(i)), electronic(p, at(i))]
-        })
-        .collect();
-    Table::new(at(-(below as isize)), step, &nodes)
+    cold
 }
 
 /// The cold curve's ingredients.
@@ -119,4 +177,34 @@ fn electronic(p: &Parameters, u: f64) -> Jet {
     let power = p.electronic_gruneisen;
     let g = p.electronic * exp(power * log(u));
     [g, power * g / u, power * (power - 1.0) * g / (u * u)]
+}
+
+/// Width w of the melting band [J/kg] as a free energy, and its derivatives by u.
+///
+/// `w = dS_m T_m kk`, `k = lambda^2 dS_m T_m / c_r^2`, `kk = k / (1 + (k/0.5)^4)^(1/4)`: the lever rule for a small volume change,
+/// bounded by the fourth root; c_r is the sound speed along the Hugoniot's own formula, held constant beyond the cap and where
+/// 1 + S x would fall below 0.2. Any positive w(V) is consistent, for the band derives from it as a potential.
+fn width(p: &Parameters, u: f64, tm: f64, melting_entropy: f64) -> Jet {
+    let (s, x) = (p.slope, 1.0 - u);
+    let held = x.clamp(-0.8 / s, p.cap());
+    let (open, left, right) = (1.0 - held, 1.0 + s * held, 1.0 / (1.0 - s * held));
+    let stiffness = p.sound_speed * p.sound_speed * open * open * left * right * right * right;
+    let lambda = 2.0 * (p.gruneisen - p.gruneisen_slope * x) - 2.0 / 3.0;
+    let relative = lambda * lambda * melting_entropy * tm / stiffness;
+    let fourth = 16.0 * (relative * relative) * (relative * relative);
+    let q = 1.0 / (1.0 + fourth);
+    let w = melting_entropy * tm * relative * q.sqrt().sqrt();
+    // Logarithmic derivatives by u: of the stiffness, of `relative`, of w.
+    let (mut stiff1, mut stiff2) = (0.0, 0.0);
+    if held == x {
+        stiff1 = 2.0 / open - s / left - 3.0 * s * right;
+        stiff2 = -2.0 / (open * open) - s * s / (left * left) + 3.0 * s * s * right * right;
+    }
+    let dlambda = 2.0 * p.gruneisen_slope / lambda;
+    let log1 = 2.0 * dlambda - lambda / u - stiff1;
+    let slide = lambda / u * (1.0 / u - dlambda);
+    let log2 = -2.0 * dlambda * dlambda + slide - stiff2;
+    let first = -lambda / u + q * log1;
+    let second = slide + q * log2 - 4.0 * q * (1.0 - q) * log1 * log1;
+    [w, w * first, w * (second + first * first)]
 }

@@ -1,28 +1,30 @@
-//! Solid, melting band, liquid and hot liquid: V <= V_J.
+//! Solid, melting band, liquid and hot liquid: V <= V_J, for one state or eight.
 //!
 //! Free energy F = F_s + excess, where the excess of the liquid over the solid at the same (V, T) is T_m phi(T/T_m), and
 //! the melting band joins both by the common tangent to leading order: energy, pressure and entropy are continuous
 //! everywhere and dE/dV|_T = T dP/dT|_V - P holds exactly in each regime.
-use super::parameters::Parameters;
+use super::cold::Row;
 use super::{Answer, Constants};
 use crate::Phase;
-use crate::model::table::Table;
+use crate::lanes::Real;
 
-/// Everything that depends on volume alone, at one volume.
+/// Everything that depends on volume alone, at one volume (or eight).
 #[derive(Clone, Copy)]
-pub(super) struct Local {
-    v: f64,
-    x: f64,
-    /// E0 [J/kg], P0 [Pa], dP0/dV.
-    e0: f64,
-    p0: f64,
-    dp0: f64,
-    gamma: f64,
-    lambda: f64,
+pub(super) struct Local<R> {
+    per_v: R,
+    gamma: R,
+    lambda: R,
+    e0: R,
+    p0: R,
+    dp0: R,
     /// Melting temperature [K].
-    pub tm: f64,
+    pub tm: R,
     /// Electronic coefficient [J/kg/K2].
-    g: f64,
+    g: R,
+    /// Width of the melting band [J/kg] and its derivatives by V.
+    w: R,
+    dw: R,
+    ddw: R,
 }
 
 /// Matter held in one state of aggregation, superheated or undercooled as may be.
@@ -33,282 +35,309 @@ pub enum Branch {
     Liquid,
 }
 
-/// A regime at one volume, with what the melting band needs.
+/// The excess of the liquid over the solid at the same (V, T): energy [J/kg] and heat capacity [J/kg/K].
+#[derive(Clone, Copy)]
+struct Excess<R> {
+    energy: R,
+    heat: R,
+}
+
+/// Pressure and what a sound speed takes: see [`Answer`].
+#[derive(Clone, Copy)]
+pub(super) struct Response<R> {
+    pub pressure: R,
+    pub p_t: R,
+    pub c_v: R,
+    pub p_v: R,
+    pub liquid: R,
+}
+
+impl<R: Real> Local<R> {
+    /// From u = V/V0 and the functions of volume there.
+    #[inline(always)]
+    pub fn new(k: &Constants, u: R, row: [R; 8]) -> Local<R> {
+        let gamma = u.plus(-1.0).times(k.gruneisen_slope).plus(k.gruneisen);
+        let [e0, p0, dp0, tm, g, w, dw, ddw] = row;
+        let lambda = gamma.times(2.0).plus(-2.0 / 3.0);
+        Local { per_v: R::of(1.0) / u.times(k.volume), gamma, lambda, e0, p0, dp0, tm, g, w, dw, ddw }
+    }
+
+    /// Energy of the solid above E0 [J/kg].
+    #[inline(always)]
+    fn heat(&self, k: &Constants, t: R) -> R {
+        t * (self.g * t.times(0.5)).plus(k.heat)
+    }
+
+    /// The liquid's excess at temperature `t`, first kind: up to T_m theta_h.
+    #[inline(always)]
+    fn excess(&self, k: &Constants, t: R) -> Excess<R> {
+        let ratio = t / self.tm;
+        let energy = self.tm * (ratio * ratio).times(-0.5 * k.alpha).plus(k.entropy - 0.5 * k.alpha);
+        Excess { energy, heat: ratio.times(-k.alpha) }
+    }
+
+    /// The hot liquid's excess.
+    #[inline(always)]
+    fn hot_excess(&self, k: &Constants, t: R) -> Excess<R> {
+        Excess { energy: self.tm.times(k.hot_offset) - t.times(k.hot_slope), heat: R::of(-k.hot_slope) }
+    }
+
+    /// T/T_m where the melting band begins and where it ends.
+    #[inline(always)]
+    fn band(&self, k: &Constants) -> [R; 2] {
+        let (square, lean) = (k.band_entropy * k.band_entropy, (self.w / self.tm).times(k.alpha));
+        let (start, end) = (lean.plus(square).root(), (R::of(square) - lean).root());
+        [(R::of(k.entropy) - start).times(1.0 / k.alpha), (R::of(k.entropy) - end).times(1.0 / k.alpha)]
+    }
+
+    /// Solid.
+    #[inline(always)]
+    pub fn solid(&self, k: &Constants, t: R) -> Response<R> {
+        let push = (self.gamma * self.per_v).times(k.heat);
+        let electrons = (self.g * self.per_v).times(k.electronic_gruneisen) * t;
+        let bend = (R::of(k.gruneisen_step) - self.gamma * self.per_v).times(k.heat);
+        let inner = bend + electrons.times(0.5 * (k.electronic_gruneisen - 1.0));
+        Response {
+            pressure: self.p0 + t * (push + electrons.times(0.5)),
+            p_t: push + electrons,
+            c_v: (self.g * t).plus(k.heat),
+            p_v: self.dp0 + t * self.per_v * inner,
+            liquid: R::of(0.0),
+        }
+    }
+
+    /// Liquid of the first kind.
+    #[inline(always)]
+    pub fn liquid(&self, k: &Constants, t: R) -> Response<R> {
+        self.with_liquid(k, t, R::of(1.0), self.excess(k, t))
+    }
+
+    /// Hot liquid.
+    #[inline(always)]
+    pub fn hot(&self, k: &Constants, t: R) -> Response<R> {
+        self.with_liquid(k, t, R::of(1.0), self.hot_excess(k, t))
+    }
+
+    /// The solid and `share` of the liquid's excess, the share held fixed.
+    #[inline(always)]
+    fn with_liquid(&self, k: &Constants, t: R, share: R, excess: Excess<R>) -> Response<R> {
+        let mut r = self.solid(k, t);
+        let pull = self.lambda * self.per_v;
+        let bend = (R::of(2.0 * k.gruneisen_step) - pull) * self.per_v;
+        r.pressure = r.pressure + share * pull * excess.energy;
+        r.p_t = r.p_t + share * pull * excess.heat;
+        r.c_v = r.c_v + share * excess.heat;
+        r.p_v = r.p_v + share * (bend * excess.energy - pull * pull * (excess.energy - t * excess.heat));
+        r.liquid = share;
+        r
+    }
+
+    /// Melting band: the liquid's excess by its share, the mixing term, and the motion of the share with T and V.
+    #[inline(always)]
+    pub fn melting(&self, k: &Constants, t: R) -> Response<R> {
+        let d = t / self.tm - R::of(1.0);
+        let share = self.share(k, d).at_least(0.0).at_most(1.0);
+        let excess = self.excess(k, t);
+        let mut r = self.with_liquid(k, t, share, excess);
+        let rest = R::of(0.5) - share;
+        let (mixed, per_w) = ((share * (R::of(1.0) - share)).times(0.5), R::of(1.0) / self.w);
+        let pull = self.lambda * self.per_v * excess.energy;
+        let entropy = (excess.energy - self.w * rest) / t;
+        let moved = pull + self.dw * rest;
+        r.pressure = r.pressure + self.dw * mixed;
+        r.p_t = r.p_t + entropy * per_w * moved;
+        r.c_v = r.c_v + t * entropy * entropy * per_w;
+        r.p_v = r.p_v + moved * moved * per_w + self.ddw * mixed;
+        r
+    }
+
+    /// Share of liquid in the band at `d` = T/T_m - 1.
+    #[inline(always)]
+    fn share(&self, k: &Constants, d: R) -> R {
+        let free = self.tm * d * d.times(0.5 * k.alpha).plus(-k.band_entropy);
+        R::of(0.5) - free / self.w
+    }
+
+    /// Temperature of the solid at `energy`; 0 below the cold curve.
+    #[inline(always)]
+    pub fn solid_temperature(&self, k: &Constants, energy: R) -> R {
+        root(self.g.times(0.5), R::of(k.heat), energy - self.e0)
+    }
+
+    /// Temperature of the liquid of the first kind at `energy`.
+    #[inline(always)]
+    pub fn liquid_temperature(&self, k: &Constants, energy: R) -> R {
+        let a = (self.g - R::of(k.alpha) / self.tm).times(0.5);
+        root(a, R::of(k.heat), energy - self.e0 - self.tm.times(k.entropy - 0.5 * k.alpha))
+    }
+
+    /// Temperature of the hot liquid at `energy`.
+    #[inline(always)]
+    pub fn hot_temperature(&self, k: &Constants, energy: R) -> R {
+        root(self.g.times(0.5), R::of(k.heat - k.hot_slope), energy - self.e0 - self.tm.times(k.hot_offset))
+    }
+
+    /// Coefficients of E - E0 over T_m within the band, a quartic in d = T/T_m - 1.
+    ///
+    /// With s = dS_m, W = w/T_m, phi = -s d + alpha d^2/2, eps = s - alpha d - alpha d^2/2:
+    /// `h (1+d) + G T_m (1+d)^2/2 + (1/2 - phi/W) eps - W/8 + phi^2/(2 W)`, multiplied out.
+    #[inline(always)]
+    fn quartic(&self, k: &Constants) -> [R; 5] {
+        let (s, alpha) = (k.band_entropy, k.alpha);
+        let (width, electrons) = (self.w / self.tm, self.g * self.tm);
+        let per = R::of(1.0) / width;
+        [
+            electrons.times(0.5) - width.times(0.125) + R::of(k.heat + 0.5 * s),
+            electrons.plus(k.heat - 0.5 * alpha) + per.times(s * s),
+            electrons.times(0.5).plus(-0.25 * alpha) + per.times(s * (0.5 * s - 1.5 * alpha)),
+            per.times(alpha * (0.5 * alpha - s)),
+            per.times(0.375 * alpha * alpha),
+        ]
+    }
+
+    /// Temperature within the band at `energy`: Newton on the quartic, kept in a shrinking bracket by bisection, each lane at
+    /// rest once it has converged. E(T) rises everywhere in the band.
+    #[inline(always)]
+    pub fn melting_temperature(&self, k: &Constants, energy: R) -> R {
+        let c = self.quartic(k);
+        let target = (energy - self.e0) / self.tm;
+        let [start, end] = self.band(k);
+        let (mut low, mut high) = (start.plus(-1.0), end.plus(-1.0));
+        let (bottom, top) = (value(&c, low), value(&c, high));
+        let mut d = low + (high - low) * ((target - bottom) / (top - bottom)).at_least(0.0).at_most(1.0);
+        let (zero, mut open) = (R::of(0.0), R::of(1.0));
+        for _ in 0..60 {
+            let slope = ((c[4].times(4.0) * d + c[3].times(3.0)) * d + c[2].times(2.0)) * d + c[1];
+            let step = (value(&c, d) - target) / slope;
+            high = d.where_less(zero, step, high);
+            low = low.where_less(zero, step, d);
+            let newton = d - step;
+            let size = step.where_less(zero, step, zero - step);
+            // Newton squares an error relative to the band's width (1e-2 or more): 1e-14 is left after such a step.
+            let far = R::of(1.0).where_less(R::of(1e-8), size, zero);
+            let middle = (low + high).times(0.5);
+            let safe = newton.where_less(low, newton, middle).where_less(newton, high, middle);
+            let next = safe.where_less(zero, far, newton);
+            d = next.where_less(zero, open, d);
+            open = open * far;
+            if !zero.any_less(open) {
+                break;
+            }
+        }
+        d.plus(1.0) * self.tm
+    }
+}
+
+/// The quartic `c`, constant first, at `d`.
+#[inline(always)]
+fn value<R: Real>(c: &[R; 5], d: R) -> R {
+    (((c[4] * d + c[3]) * d + c[2]) * d + c[1]) * d + c[0]
+}
+
+/// Which formulas hold at one state.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Regime {
     Solid,
-    Melting(Band),
+    Melting,
     Liquid,
     HotLiquid,
 }
 impl Regime {
-    #[inline]
-    pub fn phase(&self) -> Phase {
+    #[inline(always)]
+    pub fn phase(self) -> Phase {
         match self {
             Regime::Solid => Phase::Solid,
-            Regime::Melting(_) => Phase::Melting,
+            Regime::Melting => Phase::Melting,
             Regime::Liquid => Phase::Liquid,
             Regime::HotLiquid => Phase::HotLiquid,
         }
     }
 }
 
-/// The melting band at one volume: its width w [J/kg], dw/dV, d2w/dV2, and its ends in T/T_m.
-pub(super) struct Band {
-    w: f64,
-    dw: f64,
-    ddw: f64,
-    start: f64,
-    end: f64,
-}
-
-/// The excess of the liquid over the solid at the same (V, T).
-struct Excess {
-    /// Energy [J/kg].
-    energy: f64,
-    /// Heat capacity [J/kg/K].
-    heat: f64,
-}
-
-impl Local {
-    #[inline]
-    pub fn at(p: &Parameters, k: &Constants, table: &Table<3>, u: f64) -> Local {
-        let [cold, melting, electronic] = table.at(u);
-        let x = 1.0 - u;
-        let per_v0 = k.per_volume;
-        let gamma = p.gruneisen - p.gruneisen_slope * x;
-        Local {
-            v: u * p.volume,
-            x,
-            e0: cold[0],
-            p0: -cold[1] * per_v0,
-            dp0: -cold[2] * per_v0 * per_v0,
-            gamma,
-            lambda: 2.0 * gamma - 2.0 / 3.0,
-            tm: melting[0],
-            g: electronic[0],
-        }
+impl Local<f64> {
+    /// From u = V/V0 and the row of functions there.
+    #[inline(always)]
+    pub fn at(k: &Constants, u: f64, row: Row) -> Local<f64> {
+        Local::new(k, u, row)
     }
 
-    /// Energy of the solid formula [J/kg].
-    fn solid_energy(&self, k: &Constants, t: f64) -> f64 {
-        self.e0 + t * (k.heat + 0.5 * self.g * t)
+    /// Where the melting band begins and ends [K].
+    pub fn melting_range(&self, k: &Constants) -> [f64; 2] {
+        self.band(k).map(|ratio| ratio * self.tm)
     }
 
-    /// The liquid's excess at temperature `t`: first kind up to T_m theta_h, hot beyond.
-    #[inline]
-    fn excess(&self, k: &Constants, t: f64, hot: bool) -> Excess {
-        if hot {
-            Excess { energy: self.tm * k.hot_offset - k.hot_slope * t, heat: -k.hot_slope }
+    /// Regime at temperature `t`.
+    pub fn regime(&self, k: &Constants, t: f64) -> Regime {
+        let [start, end] = self.melting_range(k);
+        if t <= start {
+            Regime::Solid
+        } else if t > k.hot_ratio * self.tm {
+            Regime::HotLiquid
+        } else if t >= end {
+            Regime::Liquid
         } else {
-            let ratio = t / self.tm;
-            Excess { energy: self.tm * (k.entropy - 0.5 * k.alpha * (1.0 + ratio * ratio)), heat: -k.alpha * ratio }
+            Regime::Melting
         }
     }
 
-    /// The melting band. Its width comes from the lever rule for a small volume change; the fourth root bounds it.
-    fn band(&self, p: &Parameters, k: &Constants) -> Band {
-        let x = self.x.min(k.cap);
-        let (left, right) = (1.0 + p.slope * x, 1.0 / (1.0 - p.slope * x));
-        let u = 1.0 - x;
-        let per_v = 1.0 / self.v;
-        let stiffness = p.sound_speed * p.sound_speed * u * u * left * right * right * right;
-        let relative = self.lambda * self.lambda * k.band_entropy * self.tm / stiffness;
-        let fourth = 16.0 * (relative * relative) * (relative * relative);
-        let q = 1.0 / (1.0 + fourth);
-        let w = k.band_entropy * self.tm * relative * q.sqrt().sqrt();
-        // Logarithmic derivatives by V: of the stiffness (constant beyond the cap), of `relative`, of w.
-        let per_v0 = k.per_volume;
-        let (mut stiff1, mut stiff2) = (0.0, 0.0);
-        if self.x < k.cap {
-            let s = p.slope;
-            stiff1 = -per_v0 * (-2.0 / u + s / left + 3.0 * s * right);
-            stiff2 = per_v0 * per_v0 * (-2.0 / (u * u) - s * s / (left * left) + 3.0 * s * s * right * right);
+    /// Regime at `energy`. Only near the band are its ends needed: it is never wider than the bounds compared first.
+    #[inline(always)]
+    pub fn regime_of(&self, k: &Constants, energy: f64) -> Regime {
+        let above = energy - self.e0;
+        let liquid = |ratio: f64| {
+            let t = ratio * self.tm;
+            self.heat(k, t) + self.tm * (k.entropy - 0.5 * k.alpha * (1.0 + ratio * ratio))
+        };
+        if above < self.heat(k, k.surely_solid * self.tm) {
+            return Regime::Solid;
         }
-        let dlambda = 2.0 * p.gruneisen_slope * per_v0 / self.lambda;
-        let log1 = 2.0 * dlambda - self.lambda * per_v - stiff1;
-        let slide = self.lambda * per_v * (per_v - dlambda);
-        let log2 = -2.0 * dlambda * dlambda + slide - stiff2;
-        let first = -self.lambda * per_v + q * log1;
-        let second = slide + q * log2 - 4.0 * q * (1.0 - q) * log1 * log1;
-        let lean = k.alpha * w / self.tm;
-        let discriminant = k.band_entropy * k.band_entropy;
-        Band {
-            w,
-            dw: w * first,
-            ddw: w * (second + first * first),
-            start: (k.entropy - (discriminant + lean).sqrt()) / k.alpha,
-            end: (k.entropy - (discriminant - lean).sqrt()) / k.alpha,
+        if above > self.heat(k, k.hot_ratio * self.tm) + self.tm * (k.hot_offset - k.hot_slope * k.hot_ratio) {
+            return Regime::HotLiquid;
         }
-    }
-
-    /// Share of liquid within the band.
-    fn share(&self, k: &Constants, band: &Band, t: f64) -> f64 {
-        let ratio = t / self.tm;
-        0.5 - self.tm * (ratio - 1.0) * (0.5 * k.alpha * (ratio + 1.0) - k.entropy) / band.w
-    }
-
-    /// Energy and heat capacity within the band.
-    fn band_energy(&self, k: &Constants, band: &Band, t: f64) -> (f64, f64) {
-        let share = self.share(k, band, t);
-        let excess = self.excess(k, t, false);
-        let free = band.w * (0.5 - share);
-        let entropy = (excess.energy - free) / t;
-        let energy = self.solid_energy(k, t) + share * excess.energy - 0.5 * band.w * share * (1.0 - share);
-        (energy, k.heat + self.g * t + share * excess.heat + t * entropy * entropy / band.w)
-    }
-
-    /// Temperature [K] and regime at `energy`; T = 0 below the cold curve.
-    #[inline]
-    pub fn temperature(&self, p: &Parameters, k: &Constants, energy: f64) -> (f64, Regime) {
-        let solid = root(0.5 * self.g, k.heat, energy - self.e0);
-        if solid < k.surely_solid * self.tm {
-            return (solid, Regime::Solid);
+        if above > liquid(k.surely_liquid) {
+            return Regime::Liquid;
         }
-        let hot = root(0.5 * self.g, k.heat - k.hot_slope, energy - self.e0 - self.tm * k.hot_offset);
-        if hot > k.hot_ratio * self.tm {
-            return (hot, Regime::HotLiquid);
-        }
-        let offset = self.tm * (k.entropy - 0.5 * k.alpha);
-        let liquid = root(0.5 * (self.g - k.alpha / self.tm), k.heat, energy - self.e0 - offset);
-        if liquid > k.surely_liquid * self.tm {
-            return (liquid, Regime::Liquid);
-        }
-        let band = self.band(p, k);
-        if solid <= band.start * self.tm {
-            (solid, Regime::Solid)
-        } else if liquid >= band.end * self.tm {
-            (liquid, Regime::Liquid)
+        let [start, end] = self.band(k);
+        if above <= self.heat(k, start * self.tm) {
+            Regime::Solid
+        } else if above >= liquid(end) {
+            Regime::Liquid
         } else {
-            (self.band_temperature(k, &band, energy), Regime::Melting(band))
+            Regime::Melting
         }
-    }
-
-    /// Root of the energy within the band: Newton, kept in a shrinking bracket by bisection. E(T) rises everywhere in it.
-    fn band_temperature(&self, k: &Constants, band: &Band, energy: f64) -> f64 {
-        let (mut low, mut high) = (band.start * self.tm, band.end * self.tm);
-        let (bottom, top) = (self.band_energy(k, band, low).0, self.band_energy(k, band, high).0);
-        let mut t = low + (high - low) * ((energy - bottom) / (top - bottom)).clamp(0.0, 1.0);
-        for _ in 0..60 {
-            let (e, heat) = self.band_energy(k, band, t);
-            let off = e - energy;
-            if off > 0.0 {
-                high = t
-            } else {
-                low = t
-            }
-            let newton = t - off / heat;
-            // Newton squares the error relative to the band's width (1e-2 T or more): 1e-14 T is left after such a step.
-            if (newton - t).abs() <= 1e-8 * t {
-                return newton;
-            }
-            t = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
-        }
-        t
     }
 
     /// Temperature at `energy` if all were solid, or all liquid (hot or not), stable or not.
     pub fn branch_temperature(&self, k: &Constants, energy: f64, branch: Branch) -> f64 {
         if branch == Branch::Solid {
-            return root(0.5 * self.g, k.heat, energy - self.e0);
+            return self.solid_temperature(k, energy);
         }
-        let hot = root(0.5 * self.g, k.heat - k.hot_slope, energy - self.e0 - self.tm * k.hot_offset);
-        if hot > k.hot_ratio * self.tm {
-            return hot;
-        }
-        let offset = self.tm * (k.entropy - 0.5 * k.alpha);
-        root(0.5 * (self.g - k.alpha / self.tm), k.heat, energy - self.e0 - offset)
-    }
-
-    /// Regime at temperature `t`.
-    pub fn regime(&self, p: &Parameters, k: &Constants, t: f64) -> Regime {
-        if t < k.surely_solid * self.tm {
-            return Regime::Solid;
-        }
-        if t > k.hot_ratio * self.tm {
-            return Regime::HotLiquid;
-        }
-        let band = self.band(p, k);
-        if t <= band.start * self.tm {
-            Regime::Solid
-        } else if t >= band.end * self.tm {
-            Regime::Liquid
-        } else {
-            Regime::Melting(band)
-        }
-    }
-
-    /// Where the melting band begins and ends [K].
-    pub fn melting_range(&self, p: &Parameters, k: &Constants) -> (f64, f64) {
-        let band = self.band(p, k);
-        (band.start * self.tm, band.end * self.tm)
+        let hot = self.hot_temperature(k, energy);
+        if hot > k.hot_ratio * self.tm { hot } else { self.liquid_temperature(k, energy) }
     }
 
     /// Everything at temperature `t` in `regime`.
-    #[inline]
-    pub fn answer(&self, p: &Parameters, k: &Constants, t: f64, regime: &Regime) -> Answer {
-        let per_v = 1.0 / self.v;
-        let gamma_v = self.gamma * per_v;
-        let dgamma = p.gruneisen_slope * k.per_volume;
-        let electrons = p.electronic_gruneisen * self.g * per_v;
-        let mut answer = Answer {
-            energy: self.solid_energy(k, t),
-            pressure: self.p0 + t * (k.heat * gamma_v + 0.5 * electrons * t),
-            p_t: k.heat * gamma_v + electrons * t,
-            c_v: k.heat + self.g * t,
-            p_v: self.dp0
-                + k.heat * t * (dgamma - gamma_v) * per_v
-                + 0.5 * (p.electronic_gruneisen - 1.0) * electrons * per_v * t * t,
-            liquid: 0.0,
-        };
-        match regime {
-            Regime::Solid => {}
-            Regime::Melting(band) => self.add_band(p, k, band, t, &mut answer),
-            Regime::Liquid | Regime::HotLiquid => {
-                let excess = self.excess(k, t, matches!(regime, Regime::HotLiquid));
-                self.add_liquid(p, k, t, 1.0, &excess, &mut answer);
-                answer.liquid = 1.0;
+    pub fn answer(&self, k: &Constants, t: f64, regime: Regime) -> Answer {
+        let heat = self.e0 + self.heat(k, t);
+        let (energy, r) = match regime {
+            Regime::Solid => (heat, self.solid(k, t)),
+            Regime::Liquid => (heat + self.excess(k, t).energy, self.liquid(k, t)),
+            Regime::HotLiquid => (heat + self.hot_excess(k, t).energy, self.hot(k, t)),
+            Regime::Melting => {
+                let r = self.melting(k, t);
+                let mixed = 0.5 * self.w * r.liquid * (1.0 - r.liquid);
+                (heat + r.liquid * self.excess(k, t).energy - mixed, r)
             }
-        }
-        answer
-    }
-
-    /// Adds `share` of the liquid's excess, the share held fixed.
-    #[inline]
-    fn add_liquid(&self, p: &Parameters, k: &Constants, t: f64, share: f64, excess: &Excess, answer: &mut Answer) {
-        let per_v = 1.0 / self.v;
-        let pull = self.lambda * per_v;
-        let dpull = (2.0 * p.gruneisen_slope * k.per_volume - pull) * per_v;
-        answer.energy += share * excess.energy;
-        answer.pressure += share * pull * excess.energy;
-        answer.p_t += share * pull * excess.heat;
-        answer.c_v += share * excess.heat;
-        answer.p_v += share * (dpull * excess.energy - pull * pull * (excess.energy - t * excess.heat));
-    }
-
-    /// Adds the band: the liquid's excess by its share, the mixing term, and the motion of the share with T and V.
-    fn add_band(&self, p: &Parameters, k: &Constants, band: &Band, t: f64, answer: &mut Answer) {
-        let share = self.share(k, band, t).clamp(0.0, 1.0);
-        let excess = self.excess(k, t, false);
-        self.add_liquid(p, k, t, share, &excess, answer);
-        let (mixed, lean) = (share * (1.0 - share), 0.5 * (1.0 - 2.0 * share));
-        let pull = self.lambda / self.v * excess.energy;
-        let entropy = (excess.energy - band.w * (0.5 - share)) / t;
-        let share_t = entropy / band.w;
-        let share_v = (pull + (0.5 - share) * band.dw) / band.w;
-        answer.energy -= 0.5 * band.w * mixed;
-        answer.pressure += 0.5 * band.dw * mixed;
-        answer.p_t += share_t * (pull + band.dw * lean);
-        answer.c_v += t * entropy * share_t;
-        answer.p_v += share_v * (pull + band.dw * lean) + 0.5 * band.ddw * mixed;
-        answer.liquid = share;
+        };
+        Answer { energy, pressure: r.pressure, p_t: r.p_t, c_v: r.c_v, p_v: r.p_v, liquid: r.liquid }
     }
 }
 
 /// The non-negative root T of `a T^2 + b T = c` with b > 0, in the form that does not cancel; 0 where c <= 0.
 ///
 /// Where a < 0 and no root is real (c beyond the parabola's top), the top: the caller sees it is beyond its regime.
-#[inline]
-pub(super) fn root(a: f64, b: f64, c: f64) -> f64 {
-    let c = c.max(0.0);
-    2.0 * c / (b + (b * b + 4.0 * a * c).max(0.0).sqrt())
+#[inline(always)]
+pub(super) fn root<R: Real>(a: R, b: R, c: R) -> R {
+    let c = c.at_least(0.0);
+    c.times(2.0) / (b + (b * b + (a * c).times(4.0)).at_least(0.0).root())
 }

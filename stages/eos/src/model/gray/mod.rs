@@ -1,11 +1,13 @@
 //! GRAY: Royce's three-phase equation of state of metals, complete and thermodynamically consistent.
 //!
-//! `parameters.rs` what it takes; `cold.rs` functions of volume; `dense.rs` solid to hot liquid; `vapour.rs` beyond V_J.
+//! `parameters.rs` what it takes; `cold.rs` functions of volume; `dense.rs` solid to hot liquid; `vapour.rs` beyond V_J;
+//! `batch.rs` eight states at a time.
 //!
 //! E. B. Royce, UCRL-51121 (1971), after R. Grover, J. Chem. Phys. 55, 3435 (1971) and D. A. Young and B. J. Alder, Phys. Rev.
 //! A 3, 364 (1971), as used by Y. Liu, H.-K. Wang and X. Zhang (2013), eqs 21-30. Changes: the electronic coefficient
 //! varies as V^gamma_e, the melting band derives from a potential, the cold curve and the melting law are integrated
 //! exactly, and F_E has its general form: within every regime dE/dV|_T = T dP/dT|_V - P, and E and P are continuous across borders.
+mod batch;
 mod cold;
 mod dense;
 mod parameters;
@@ -14,9 +16,10 @@ pub use parameters::{GAS_CONSTANT, Parameters};
 
 pub use dense::Branch;
 
-use super::table::Table;
+use crate::lanes::{Plain, Real};
 use crate::{EosError, Phase, Point};
-use dense::{Local, Regime};
+use cold::Functions;
+use dense::{Local, Regime, Response};
 use parameters::wrong;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -31,15 +34,23 @@ use vapour::{Join, Vapour};
 pub struct Gray {
     parameters: Parameters,
     constants: Constants,
-    table: Table<3>,
+    functions: Functions,
     vapour: Vapour,
 }
 
 /// Numbers that depend on the parameters alone; heat capacities and entropies per kilogram [J/kg/K].
 #[derive(Clone, Debug, PartialEq)]
 struct Constants {
-    /// 1 / V0 [kg/m3].
+    /// V0 [m3/kg] and 1 / V0.
+    volume: f64,
     per_volume: f64,
+    /// gamma0, a, a / V0 and gamma_e.
+    gruneisen: f64,
+    gruneisen_slope: f64,
+    gruneisen_step: f64,
+    electronic_gruneisen: f64,
+    /// theta of the vapour.
+    joining: f64,
     /// R'.
     gas: f64,
     /// 3 R'.
@@ -59,8 +70,6 @@ struct Constants {
     /// Below this T/T_m all is solid, above the other all is liquid, at any volume.
     surely_solid: f64,
     surely_liquid: f64,
-    /// Compression at the cap.
-    cap: f64,
     /// Smallest tabulated V/V0, and dP/du below it [Pa].
     densest: f64,
     stiffness: f64,
@@ -110,13 +119,14 @@ impl Gray {
     pub(crate) fn dense(parameters: Parameters) -> Result<Gray, EosError> {
         parameters.check()?;
         let p = &parameters;
-        let table = cold::table(p);
-        let mut constants = Constants::new(p, table.range().0);
-        let end = Local::at(p, &constants, &table, constants.densest).answer(p, &constants, 0.0, &Regime::Solid);
-        constants.stiffness = -end.p_v * p.volume;
-        let join = join(p, &constants, &table);
-        let vapour = Vapour::new(p, &constants, &join);
-        Ok(Gray { parameters, constants, table, vapour })
+        let mut constants = Constants::new(p);
+        let functions = Functions::new(p, constants.band_entropy);
+        constants.densest = functions.densest();
+        let local = |u: f64| Local::at(&constants, u, functions.at::<Plain>(u));
+        let stiffness = -local(constants.densest).solid(&constants, 0.0).p_v * p.volume;
+        let vapour = Vapour::new(p, &constants, &join(p, &constants, &local(constants.join)));
+        constants.stiffness = stiffness;
+        Ok(Gray { parameters, constants, functions, vapour })
     }
 
     /// Temperature [K] at `volume` [m3/kg] and `energy` [J/kg] on one branch, stable or not; as at V_J beyond it.
@@ -132,7 +142,7 @@ impl Gray {
             Branch::Liquid if temperature > self.constants.hot_ratio * local.tm => Regime::HotLiquid,
             Branch::Liquid => Regime::Liquid,
         };
-        local.answer(&self.parameters, &self.constants, temperature, &regime)
+        local.answer(&self.constants, temperature, regime)
     }
 
     /// The parameters.
@@ -145,7 +155,7 @@ impl Gray {
     }
     /// Joining functions F_p and F_E [m3/kg] of the vapour at specific `volume` [m3/kg].
     pub fn joining(&self, volume: f64) -> (f64, f64) {
-        self.vapour.joining(self.parameters.joining, volume)
+        self.vapour.joins(self.constants.joining, volume)
     }
 
     /// V/V0, not below the smallest tabulated, and how far it was below.
@@ -156,32 +166,42 @@ impl Gray {
         (held, held - u)
     }
     #[inline]
-    fn local(&self, u: f64) -> Local {
-        Local::at(&self.parameters, &self.constants, &self.table, u)
+    fn local(&self, u: f64) -> Local<f64> {
+        Local::at(&self.constants, u, self.functions.at::<Plain>(u))
     }
 
     /// Pressure, temperature, sound speed and phase at `volume` [m3/kg] and `energy` [J/kg].
     #[inline]
     pub fn point(&self, volume: f64, energy: f64) -> Point {
-        let (p, k) = (&self.parameters, &self.constants);
+        let k = &self.constants;
         let (u, under) = self.ratio(volume);
-        let (answer, temperature, phase) = if u > k.join {
-            let t = self.vapour.temperature(p, k, volume, energy);
-            (self.vapour.answer(p, k, volume, t), t, Phase::Vapour)
+        let ((temperature, response), phase) = if u > k.join {
+            (self.vapour_state(volume, energy), Phase::Vapour)
         } else {
             let local = self.local(u);
-            let (t, regime) = local.temperature(p, k, energy);
-            (local.answer(p, k, t, &regime), t, regime.phase())
+            let regime = local.regime_of(k, energy);
+            let state = match regime {
+                Regime::Solid => solid_state(k, &local, energy),
+                Regime::Melting => melting_state(k, &local, energy),
+                Regime::Liquid => liquid_state(k, &local, energy),
+                Regime::HotLiquid => hot_state(k, &local, energy),
+            };
+            (state, regime.phase())
         };
-        let held = u * p.volume;
-        let c2 = answer.sound_speed_squared(held, temperature);
         Point {
-            pressure: answer.pressure + under * k.stiffness,
+            pressure: response.pressure + under * k.stiffness,
             temperature,
-            sound_speed: c2.max(k.floor).sqrt(),
+            sound_speed: sound_speed(k, u * k.volume, temperature, &response),
             phase,
-            liquid: answer.liquid,
+            liquid: response.liquid,
         }
+    }
+
+    /// Temperature and response of the vapour.
+    #[inline(always)]
+    fn vapour_state<R: Real>(&self, volume: R, energy: R) -> (R, Response<R>) {
+        let t = self.vapour.temperature(&self.constants, volume, energy);
+        (t, self.vapour.response(&self.constants, volume, t))
     }
 
     pub(crate) fn reference_volume(&self) -> f64 {
@@ -196,15 +216,18 @@ impl Gray {
 
     /// Everything at `volume` [m3/kg] and `temperature` [K], and the regime.
     pub fn at(&self, volume: f64, temperature: f64) -> (Answer, Phase) {
-        let (p, k) = (&self.parameters, &self.constants);
+        let k = &self.constants;
         let (u, under) = self.ratio(volume);
         let t = temperature.max(0.0);
         if u > k.join {
-            return (self.vapour.answer(p, k, volume, t), Phase::Vapour);
+            let r = self.vapour.response(k, volume, t);
+            let energy = self.vapour.energy(k, volume, t);
+            let Response { pressure, p_t, c_v, p_v, liquid } = r;
+            return (Answer { energy, pressure, p_t, c_v, p_v, liquid }, Phase::Vapour);
         }
         let local = self.local(u);
-        let regime = local.regime(p, k, t);
-        let mut answer = local.answer(p, k, t, &regime);
+        let regime = local.regime(k, t);
+        let mut answer = local.answer(k, t, regime);
         answer.pressure += under * k.stiffness;
         (answer, regime.phase())
     }
@@ -217,7 +240,7 @@ impl Gray {
     /// Where melting begins and ends [K] at `volume` [m3/kg], and where the hot liquid begins; as at V_J beyond it.
     pub fn borders(&self, volume: f64) -> [f64; 3] {
         let local = self.local(self.ratio(volume).0.min(self.constants.join));
-        let (start, end) = local.melting_range(&self.parameters, &self.constants);
+        let [start, end] = local.melting_range(&self.constants);
         [start, end, self.constants.hot_ratio * local.tm]
     }
 
@@ -248,7 +271,7 @@ impl Gray {
         let local = self.local(k.join);
         // Colder matter than the hot liquid is discontinuous at V_J: it must be in tension there, where it is cut anyway.
         let border = k.hot_ratio * local.tm;
-        let pressure = local.answer(p, k, border, &Regime::HotLiquid).pressure;
+        let pressure = local.answer(k, border, Regime::HotLiquid).pressure;
         if pressure > 0.0 {
             let why = format!(
                 "is {}: at V_J the hot liquid begins at {border:.0} K with {:.3} GPa; it must still be in tension there: \
@@ -265,7 +288,7 @@ impl Gray {
         for t in [5e4, 1e5] {
             for i in 0..40 {
                 let v = vj * (1.0 + 1e-9) * (1.0 + 0.05 * i as f64);
-                if self.vapour.answer(p, k, v, t).p_v >= 0.0 {
+                if self.vapour.response(k, v, t).p_v >= 0.0 {
                     let why = format!(
                         "is {}: at {t:.0} K the vapour's pressure rises with volume at {:.2} V0; take a smaller V_b or a larger \
                          V_J",
@@ -280,15 +303,50 @@ impl Gray {
     }
 }
 
+/// Temperature and response of the solid at `energy`; its kin below for the other regimes.
+#[inline(always)]
+fn solid_state<R: Real>(k: &Constants, local: &Local<R>, energy: R) -> (R, Response<R>) {
+    let t = local.solid_temperature(k, energy);
+    (t, local.solid(k, t))
+}
+#[inline(always)]
+fn melting_state<R: Real>(k: &Constants, local: &Local<R>, energy: R) -> (R, Response<R>) {
+    let t = local.melting_temperature(k, energy);
+    (t, local.melting(k, t))
+}
+#[inline(always)]
+fn liquid_state<R: Real>(k: &Constants, local: &Local<R>, energy: R) -> (R, Response<R>) {
+    let t = local.liquid_temperature(k, energy);
+    (t, local.liquid(k, t))
+}
+#[inline(always)]
+fn hot_state<R: Real>(k: &Constants, local: &Local<R>, energy: R) -> (R, Response<R>) {
+    let t = local.hot_temperature(k, energy);
+    (t, local.hot(k, t))
+}
+
+/// Adiabatic sound speed [m/s], floored.
+#[inline(always)]
+fn sound_speed<R: Real>(k: &Constants, volume: R, t: R, r: &Response<R>) -> R {
+    let c2 = volume * volume * (t * r.p_t * r.p_t / r.c_v - r.p_v);
+    c2.at_least(k.floor).root()
+}
+
 impl Constants {
-    fn new(p: &Parameters, densest: f64) -> Constants {
+    fn new(p: &Parameters) -> Constants {
         let gas = p.specific_gas_constant();
         let (entropy, alpha) = (p.melting_entropy * gas, p.liquid_softening * gas);
         let hot_ratio = 1.5 * gas / alpha;
-        // The band's relative width is at most 1/2 (see `dense.rs`), so its ends can't lie further from 1 than this.
-        let (square, widest) = ((entropy - alpha) * (entropy - alpha), 0.5 * alpha * (entropy - alpha));
+        // The band's relative width is at most 1/2 (see `cold.rs`), so its ends can't lie further from 1 than this.
+        let (square, widest) = ((entropy - alpha) * (entropy - alpha), 0.51 * alpha * (entropy - alpha));
         Constants {
+            volume: p.volume,
             per_volume: 1.0 / p.volume,
+            gruneisen: p.gruneisen,
+            gruneisen_slope: p.gruneisen_slope,
+            gruneisen_step: p.gruneisen_slope / p.volume,
+            electronic_gruneisen: p.electronic_gruneisen,
+            joining: p.joining,
             gas,
             heat: 3.0 * gas,
             entropy,
@@ -299,8 +357,7 @@ impl Constants {
             hot_offset: entropy - 0.5 * alpha * (1.0 - hot_ratio * hot_ratio),
             surely_solid: (entropy - (square + widest).sqrt()) / alpha,
             surely_liquid: (entropy - (square - widest).sqrt()) / alpha,
-            cap: p.cap(),
-            densest,
+            densest: 0.0,
             stiffness: 0.0,
             join: p.join_ratio,
             floor: 0.01 * p.sound_speed * p.sound_speed,
@@ -309,10 +366,9 @@ impl Constants {
 }
 
 /// The hot liquid at V_J as polynomials in temperature, read off at three temperatures' worth of exact coefficients.
-fn join(p: &Parameters, k: &Constants, table: &Table<3>) -> Join {
-    let local = Local::at(p, k, table, k.join);
-    let cold = local.answer(p, k, 0.0, &Regime::HotLiquid);
-    let warm = local.answer(p, k, 1.0, &Regime::HotLiquid);
+fn join(p: &Parameters, k: &Constants, local: &Local<f64>) -> Join {
+    let cold = local.answer(k, 0.0, Regime::HotLiquid);
+    let warm = local.answer(k, 1.0, Regime::HotLiquid);
     Join {
         volume: p.join_ratio * p.volume,
         energy: [cold.energy, cold.c_v, 0.5 * (warm.c_v - cold.c_v)],

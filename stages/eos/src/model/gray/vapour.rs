@@ -1,7 +1,9 @@
 //! The vapour, V > V_J: Young and Alder's van der Waals gas of hard spheres, joined to the hot liquid at V_J.
+use super::Constants;
+use super::dense::Response;
 use super::dense::root;
 use super::parameters::Parameters;
-use super::{Answer, Constants};
+use crate::lanes::Real;
 
 /// Constants of the vapour: attraction a_y and the joining coefficients.
 ///
@@ -13,6 +15,9 @@ pub(super) struct Vapour {
     packing: f64,
     /// a_y [J m3/kg2].
     pub attraction: f64,
+    /// F_E = scale (shape(z) - start).
+    scale: f64,
+    start: f64,
     c: [f64; 3],
     d: [f64; 3],
 }
@@ -30,6 +35,7 @@ impl Vapour {
         let vj = liquid.volume;
         let covolume = p.covolume_ratio * p.volume;
         let packing = covolume / vj;
+        let gap = p.joining - packing;
         let [e, p_] = [liquid.energy, liquid.pressure];
         // F_E at infinite volume.
         let far = -vj * (p.joining - packing) / (2.0 * p.joining);
@@ -38,54 +44,64 @@ impl Vapour {
             covolume,
             packing,
             attraction,
+            scale: covolume * (gap / packing) * (gap / packing) * (gap / packing) / 2.0,
+            start: (2.0 * packing - p.joining) / (gap * gap),
             c: [p_[0] + attraction / (vj * vj), p_[1] - k.gas * compressibility(packing).0 / vj, p_[2]],
             d: [e[0] + attraction / vj, e[1] - 1.5 * k.gas, e[2]],
         }
     }
 
-    /// F_p and F_E = -Int F_p dV from V_J [m3/kg]; the general form, for any theta.
-    pub fn joining(&self, theta: f64, v: f64) -> (f64, f64) {
-        let (z, zj) = (self.covolume / v, self.packing);
-        let gap = theta - zj;
-        let r = z * gap / (zj * (theta - z));
-        let scale = self.covolume * (gap / zj) * (gap / zj) * (gap / zj) / 2.0;
-        let shape = |z: f64| (2.0 * z - theta) / ((theta - z) * (theta - z));
-        (r * r * r, scale * (shape(z) - shape(zj)))
+    /// Temperature [K] at `energy` and F_p, F_E at `v`; 0 K where there is less than the vapour's cold energy.
+    #[inline(always)]
+    pub fn temperature<R: Real>(&self, k: &Constants, v: R, energy: R) -> R {
+        let (_, f_e) = self.joins(k.joining, v);
+        let cold = f_e.times(self.c[0]).plus(self.d[0]) - R::of(self.attraction) / v;
+        root(f_e.times(-self.c[2]).plus(self.d[2]), R::of(1.5 * k.gas + self.d[1]), energy - cold)
     }
 
-    /// Temperature [K] at `energy`; 0 where there is less than the vapour's cold energy.
-    pub fn temperature(&self, p: &Parameters, k: &Constants, v: f64, energy: f64) -> f64 {
-        let (_, f_e) = self.joining(p.joining, v);
-        let cold = f_e * self.c[0] + self.d[0] - self.attraction / v;
-        root(self.d[2] - self.c[2] * f_e, 1.5 * k.gas + self.d[1], energy - cold)
+    /// Energy [J/kg] at (V, T).
+    pub fn energy(&self, k: &Constants, v: f64, t: f64) -> f64 {
+        let (_, f_e) = self.joins(k.joining, v);
+        let ([c1, _, c3], [d1, d2, d3]) = (self.c, self.d);
+        (1.5 * k.gas + d2) * t - self.attraction / v + f_e * (c1 - c3 * t * t) + d1 + d3 * t * t
     }
 
-    /// Everything at (V, T).
-    pub fn answer(&self, p: &Parameters, k: &Constants, v: f64, t: f64) -> Answer {
-        let (f_p, f_e) = self.joining(p.joining, v);
-        let z = self.covolume / v;
+    /// Pressure and its derivatives at (V, T).
+    #[inline(always)]
+    pub fn response<R: Real>(&self, k: &Constants, v: R, t: R) -> Response<R> {
+        let (f_p, f_e) = self.joins(k.joining, v);
+        let z = R::of(self.covolume) / v;
         let (factor, slope) = compressibility(z);
-        let [c1, c2, c3] = self.c;
-        let [d1, d2, d3] = self.d;
-        let per_v = 1.0 / v;
-        let joined = f_p * (c1 + t * (c2 + t * c3));
-        let ideal = k.gas * t * per_v;
-        Answer {
-            energy: (1.5 * k.gas + d2) * t - self.attraction * per_v + f_e * (c1 - c3 * t * t) + d1 + d3 * t * t,
-            pressure: ideal * factor - self.attraction * per_v * per_v + joined,
-            p_t: k.gas * factor * per_v + f_p * (c2 + 2.0 * c3 * t),
-            c_v: 1.5 * k.gas + d2 + 2.0 * (d3 - c3 * f_e) * t,
-            p_v: per_v
-                * (-ideal * (factor + z * slope) + 2.0 * self.attraction * per_v * per_v
-                    - 3.0 * p.joining / (p.joining - z) * joined),
-            liquid: 1.0,
+        let per_v = R::of(1.0) / v;
+        let joined = f_p * (t * t.times(self.c[2]).plus(self.c[1])).plus(self.c[0]);
+        let ideal = t.times(k.gas) * per_v;
+        let pull = (per_v * per_v).times(self.attraction);
+        let fall = joined.times(3.0 * k.joining) / (R::of(k.joining) - z);
+        Response {
+            pressure: ideal * factor - pull + joined,
+            p_t: (factor * per_v).times(k.gas) + f_p * t.times(2.0 * self.c[2]).plus(self.c[1]),
+            c_v: (f_e.times(-self.c[2]).plus(self.d[2]) * t).times(2.0).plus(1.5 * k.gas + self.d[1]),
+            p_v: per_v * (pull.times(2.0) - ideal * (factor + z * slope) - fall),
+            liquid: R::of(1.0),
         }
+    }
+
+    /// F_p and F_E = -Int F_p dV from V_J [m3/kg]; the general form, for any theta.
+    #[inline(always)]
+    pub fn joins<R: Real>(&self, theta: f64, v: R) -> (R, R) {
+        let (z, gap) = (R::of(self.covolume) / v, theta - self.packing);
+        let open = R::of(theta) - z;
+        let r = z.times(gap / self.packing) / open;
+        let shape = z.times(2.0).plus(-theta) / (open * open);
+        (r * r * r, shape.plus(-self.start).times(self.scale))
     }
 }
 
 /// Carnahan and Starling's compressibility factor Z(z) and dZ/dz.
-fn compressibility(z: f64) -> (f64, f64) {
-    let (top, gap) = (1.0 + z * (1.0 + z * (1.0 - z)), 1.0 / (1.0 - z));
+#[inline(always)]
+fn compressibility<R: Real>(z: R) -> (R, R) {
+    let one = R::of(1.0);
+    let (top, gap) = (one + z * (one + z * (one - z)), one / (one - z));
     let value = top * gap * gap * gap;
-    (value, value * ((1.0 + z * (2.0 - 3.0 * z)) / top + 3.0 * gap))
+    (value, value * ((one + z * (R::of(2.0) - z.times(3.0))) / top + gap.times(3.0)))
 }

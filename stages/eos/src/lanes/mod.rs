@@ -1,0 +1,195 @@
+//! Formulas written once, for one number or for eight: on AVX-512, AVX2 or plain arrays, chosen at run time, the same bits.
+//!
+//! Every operation is one IEEE operation on each lane and nothing is fused, so a lane's result is the scalar's.
+#[cfg(target_arch = "x86_64")]
+mod avx2;
+#[cfg(target_arch = "x86_64")]
+mod avx512;
+mod portable;
+pub(crate) use portable::Plain;
+use std::ops::{Add, Div, Mul, Sub};
+
+/// A number, or several side by side.
+pub(crate) trait Real:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
+{
+    /// `x`, in every lane.
+    fn of(x: f64) -> Self;
+    /// Square root.
+    fn root(self) -> Self;
+    /// `self` where `a < b`, else `other`.
+    fn where_less(self, a: Self, b: Self, other: Self) -> Self;
+    /// Whether `self < other` in any lane.
+    fn any_less(self, other: Self) -> bool;
+
+    /// `self` where it is above `bound`, else `bound` (which a NaN gives too).
+    #[inline(always)]
+    fn at_least(self, bound: f64) -> Self {
+        self.where_less(Self::of(bound), self, Self::of(bound))
+    }
+    /// `self` where it is below `bound`, else `bound` (which a NaN gives too).
+    #[inline(always)]
+    fn at_most(self, bound: f64) -> Self {
+        self.where_less(self, Self::of(bound), Self::of(bound))
+    }
+    /// `self + x`.
+    #[inline(always)]
+    fn plus(self, x: f64) -> Self {
+        self + Self::of(x)
+    }
+    /// `self` times `x`.
+    #[inline(always)]
+    fn times(self, x: f64) -> Self {
+        self * Self::of(x)
+    }
+}
+
+/// Eight numbers side by side.
+pub(crate) trait Eight: Real {
+    /// From memory.
+    fn load(from: &[f64; 8]) -> Self;
+    /// To memory.
+    fn store(self, to: &mut [f64; 8]);
+}
+
+impl Real for f64 {
+    #[inline(always)]
+    fn of(x: f64) -> f64 {
+        x
+    }
+    #[inline(always)]
+    fn root(self) -> f64 {
+        self.sqrt()
+    }
+    #[inline(always)]
+    fn where_less(self, a: f64, b: f64, other: f64) -> f64 {
+        if a < b { self } else { other }
+    }
+    #[inline(always)]
+    fn any_less(self, other: f64) -> bool {
+        self < other
+    }
+}
+
+/// A piece of work on eight lanes. `run` and everything it calls must be `#[inline(always)]`, to be compiled for the processor.
+pub(crate) trait Work {
+    /// Does it.
+    fn run<R: Eight>(self);
+}
+
+/// An instruction set that this processor has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Instructions(Set);
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Set {
+    #[cfg(target_arch = "x86_64")]
+    Avx512,
+    #[cfg(target_arch = "x86_64")]
+    Avx2,
+    Plain,
+}
+
+impl Instructions {
+    /// All that this processor has, the fastest first.
+    pub fn all() -> Vec<Instructions> {
+        let mut all = Vec::new();
+        #[cfg(target_arch = "x86_64")]
+        {
+            if is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx2") {
+                all.push(Instructions(Set::Avx512));
+            }
+            if is_x86_feature_detected!("avx2") {
+                all.push(Instructions(Set::Avx2));
+            }
+        }
+        all.push(Instructions(Set::Plain));
+        all
+    }
+    /// The fastest that this processor has.
+    pub fn best() -> Instructions {
+        #[cfg(target_arch = "x86_64")]
+        {
+            if is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx2") {
+                return Instructions(Set::Avx512);
+            }
+            if is_x86_feature_detected!("avx2") {
+                return Instructions(Set::Avx2);
+            }
+        }
+        Instructions(Set::Plain)
+    }
+    /// Its name, for people.
+    pub fn name(self) -> &'static str {
+        match self.0 {
+            #[cfg(target_arch = "x86_64")]
+            Set::Avx512 => "AVX-512",
+            #[cfg(target_arch = "x86_64")]
+            Set::Avx2 => "AVX2",
+            Set::Plain => "portable",
+        }
+    }
+    /// Does `work` with it.
+    pub(crate) fn run(self, work: impl Work) {
+        match self.0 {
+            #[cfg(target_arch = "x86_64")]
+            Set::Avx512 => avx512::run(work),
+            #[cfg(target_arch = "x86_64")]
+            Set::Avx2 => avx2::run(work),
+            Set::Plain => work.run::<Plain>(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct All<'a>(&'a [f64; 8], &'a [f64; 8], &'a mut Vec<u64>);
+    impl Work for All<'_> {
+        #[inline(always)]
+        fn run<R: Eight>(self) {
+            let (a, b) = (R::load(self.0), R::load(self.1));
+            let all = [
+                a + b,
+                a - b,
+                a * b,
+                a / b,
+                a.root(),
+                a.where_less(a, b, R::of(3.0)),
+                a.at_least(0.5),
+                a.at_most(0.5),
+                a.times(0.1).plus(7.0),
+            ];
+            for r in all {
+                let mut out = [0.0; 8];
+                r.store(&mut out);
+                self.2.extend(out.iter().map(|x| if x.is_nan() { u64::MAX } else { x.to_bits() }));
+            }
+            self.2.extend([u64::from(a.any_less(b)), u64::from(b.any_less(b))]);
+        }
+    }
+
+    /// Numbers that round, overflow and aren't; each lane against the scalar's own operation.
+    #[test]
+    fn all_instruction_sets_give_the_scalars_bits() {
+        let a = [0.5, -1.5, 2.5, 1e300, f64::NAN, -0.0, 1.0 / 3.0, -7.9];
+        let b = [0.1, 1e-17, -2.5, 1e300, 1.0, 0.0, 3.0, f64::NAN];
+        let of = |set: Instructions| {
+            let mut out = Vec::new();
+            set.run(All(&a, &b, &mut out));
+            out
+        };
+        let expected = of(Instructions(Set::Plain));
+        for k in 0..8 {
+            let scalar = [a[k] + b[k], a[k] - b[k], a[k] * b[k], a[k] / b[k], a[k].sqrt()];
+            for (i, x) in scalar.iter().enumerate() {
+                assert!(x.is_nan() || expected[8 * i + k] == x.to_bits(), "{i} {k}");
+            }
+        }
+        for set in Instructions::all() {
+            assert_eq!(of(set), expected, "{}", set.name());
+        }
+        assert_eq!(Instructions::best(), Instructions::all()[0]);
+    }
+}

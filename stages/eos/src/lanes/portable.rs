@@ -1,0 +1,50 @@
+//! Eight lanes in a plain array, on any processor.
+use super::{Eight, Real};
+use std::ops::{Add, Div, Mul, Sub};
+
+/// Eight numbers.
+#[derive(Clone, Copy)]
+pub(crate) struct Plain([f64; 8]);
+
+macro_rules! each {
+    ($($trait:ident $method:ident $op:tt),*) => { $(
+        impl $trait for Plain {
+            type Output = Plain;
+            #[inline(always)]
+            fn $method(self, other: Plain) -> Plain {
+                Plain(std::array::from_fn(|k| self.0[k] $op other.0[k]))
+            }
+        }
+    )* }
+}
+each!(Add add +, Sub sub -, Mul mul *, Div div /);
+
+impl Real for Plain {
+    #[inline(always)]
+    fn of(x: f64) -> Plain {
+        Plain([x; 8])
+    }
+    #[inline(always)]
+    fn root(self) -> Plain {
+        Plain(self.0.map(f64::sqrt))
+    }
+    #[inline(always)]
+    fn where_less(self, a: Plain, b: Plain, other: Plain) -> Plain {
+        Plain(std::array::from_fn(|k| if a.0[k] < b.0[k] { self.0[k] } else { other.0[k] }))
+    }
+    #[inline(always)]
+    fn any_less(self, other: Plain) -> bool {
+        (0..8).any(|k| self.0[k] < other.0[k])
+    }
+}
+
+impl Eight for Plain {
+    #[inline(always)]
+    fn load(from: &[f64; 8]) -> Plain {
+        Plain(*from)
+    }
+    #[inline(always)]
+    fn store(self, to: &mut [f64; 8]) {
+        *to = self.0;
+    }
+}
