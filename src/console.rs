@@ -1,11 +1,11 @@
 //! The only door to the screen while a study runs: bars on a terminal, plain lines elsewhere, JSON lines on request.
-use crate::events::{Event, Listener};
+use crate::events::{Event, Line, Listener, NodeLine, What};
 use crate::plan::{NodeId, Plan};
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 use std::collections::BTreeMap;
 use std::io::{IsTerminal, Write};
-use std::sync::Mutex;
-use std::time::Instant;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
 
 /// How to show a run.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -27,191 +27,270 @@ impl Mode {
     }
 }
 
+/// Plain lines about progress come no closer than this.
+const QUIET_TIME: Duration = Duration::from_secs(5);
+
+/// The words beside the bars are renewed no faster than this.
+const REDRAW: Duration = Duration::from_millis(100);
+
 /// Shows a run.
 pub struct Console {
     mode: Mode,
+    started: Instant,
     inner: Mutex<Inner>,
 }
 
 struct Inner {
-    started: Instant,
-    bars: MultiProgress,
-    total: ProgressBar,
-    running: BTreeMap<NodeId, Running>,
-    /// Nodes settled, those from the store, predicted core-seconds not begun, predicted and real seconds of the work done.
-    settled: usize,
-    hits: usize,
-    open_cost: f64,
-    worked_cost: f64,
-    worked_seconds: f64,
-    jobs: usize,
+    tally: Tally,
+    bars: Option<Bars>,
     last_line: Instant,
 }
 
-/// A node at work.
-struct Running {
-    bar: ProgressBar,
-    since: Instant,
-    share: f64,
-    cost: f64,
-}
-
-impl Running {
-    /// Wall seconds left: by the share done once there is one, else by the prediction.
-    fn left(&self, scale: f64) -> f64 {
-        let gone = self.since.elapsed().as_secs_f64();
-        if self.share > 0.02 { gone * (1.0 - self.share) / self.share } else { (self.cost * scale - gone).max(0.0) }
-    }
-}
-
 impl Console {
-    /// A console for a run of `plan` with `jobs` workers.
+    /// A console for a run of `plan` with `jobs` threads.
     pub fn new(mode: Mode, plan: &Plan, jobs: usize) -> Console {
-        let bars = MultiProgress::new();
-        if mode != Mode::Bars {
-            bars.set_draw_target(indicatif::ProgressDrawTarget::hidden());
-        }
-        let total = bars.add(ProgressBar::new(plan.nodes.len() as u64));
-        total.set_style(style("{bar:32} {pos}/{len} results  {elapsed}  {msg}"));
         let now = Instant::now();
-        let inner = Inner {
-            started: now,
-            bars,
-            total,
-            running: BTreeMap::new(),
-            settled: 0,
-            hits: 0,
-            open_cost: plan.nodes.iter().map(|n| n.cost).sum(),
-            worked_cost: 0.0,
-            worked_seconds: 0.0,
-            jobs,
-            last_line: now,
-        };
-        Console { mode, inner: Mutex::new(inner) }
+        let bars = (mode == Mode::Bars).then(|| Bars::new(plan.nodes.len()));
+        let inner = Inner { tally: Tally::new(plan.nodes.len(), jobs), bars, last_line: now };
+        Console { mode, started: now, inner: Mutex::new(inner) }
     }
 
     /// Clears the bars.
     pub fn finish(&self) {
-        if let Ok(inner) = self.inner.lock() {
-            inner.total.finish_and_clear();
+        if let Some(bars) = &self.inner().bars {
+            bars.total.finish_and_clear();
+        }
+    }
+
+    fn inner(&self) -> MutexGuard<'_, Inner> {
+        self.inner.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn json(&self, plan: &Plan, event: &Event) {
+        let (time, node) = (self.started.elapsed().as_secs_f64(), plan.label(event.node));
+        json(&Line::Node(NodeLine { time, node: &node, what: &event.what }));
+    }
+}
+
+/// Writes one line of `run --json`; whoever reads it may have gone.
+pub fn json(line: &Line<'_>) {
+    let text = serde_json::to_string(line).expect("events are plain data");
+    say(format_args!("{text}"));
+}
+
+impl Listener for Console {
+    fn on(&self, plan: &Plan, event: &Event) {
+        match self.mode {
+            Mode::Json => return self.json(plan, event),
+            Mode::Quiet => {
+                if let Some(text) = remark(plan, event) {
+                    warn(format_args!("{text}"));
+                }
+                return;
+            }
+            Mode::Bars | Mode::Plain => {}
+        }
+        let mut inner = self.inner();
+        let Inner { tally, bars, last_line } = &mut *inner;
+        tally.note(event);
+        match bars {
+            Some(bars) => {
+                bars.note(plan, event, tally);
+                if let Some(text) = remark(plan, event) {
+                    let _ = bars.all.println(text);
+                }
+            }
+            None => {
+                if let Some(text) = line(plan, event, last_line.elapsed() >= QUIET_TIME) {
+                    *last_line = Instant::now();
+                    let elapsed = duration(self.started.elapsed().as_secs_f64());
+                    let (settled, all, left) = (tally.settled, tally.is_settled.len(), duration(tally.left()));
+                    warn(format_args!("[{settled}/{all}, {elapsed}, about {left} left] {text}"));
+                }
+            }
+        }
+    }
+
+    fn outlook(&self, seconds: &[f64]) {
+        self.inner().tally.outlook(seconds);
+    }
+}
+
+/// What must be said in every mode.
+fn remark(plan: &Plan, event: &Event) -> Option<String> {
+    let label = || plan.label(event.node);
+    match &event.what {
+        What::Failed { why } => Some(format!("FAILED {}: {why}", label())),
+        What::Retrying { why, .. } => Some(format!("{} failed and will be tried again: {why}", label())),
+        What::Damaged => Some(format!("{}: its stored result is damaged or gone, computing it again", label())),
+        _ => None,
+    }
+}
+
+/// The plain line about an event, if it is worth one: short steps and progress only where nothing was said for long.
+fn line(plan: &Plan, event: &Event, long_silent: bool) -> Option<String> {
+    let label = || plan.label(event.node);
+    match &event.what {
+        What::Ran { seconds } if *seconds >= 1.0 => Some(format!("ran {} in {}", label(), duration(*seconds))),
+        What::Ran { .. } if long_silent => Some(format!("ran {}", label())),
+        What::Progress { share, doing } if long_silent => Some(format!("{}: {:.0} %, {doing}", label(), share * 100.0)),
+        What::Waiting => Some(format!("{}: waiting for another run, which computes it", label())),
+        What::Resumed => Some(format!("{}: goes on from what was kept", label())),
+        _ => remark(plan, event),
+    }
+}
+
+/// What is done and what is left.
+struct Tally {
+    jobs: usize,
+    /// By node.
+    is_settled: Vec<bool>,
+    settled: usize,
+    /// Core-seconds foretold, by node; empty while nothing had to run.
+    foretold: Vec<f64>,
+    /// Those of nodes neither settled nor at work.
+    open: f64,
+    /// Those of nodes that ran, and the core-seconds that they took.
+    ran: (f64, f64),
+    running: BTreeMap<NodeId, Running>,
+}
+
+/// A node at work.
+struct Running {
+    since: Instant,
+    threads: usize,
+    foretold: f64,
+    /// When it told of its progress first and last, and the shares done then.
+    told: Option<[(Instant, f64); 2]>,
+}
+
+impl Running {
+    /// Wall seconds left: by its progress so far once there is some, else by what was foretold.
+    fn left(&self, scale: f64) -> f64 {
+        if let Some([(first, from), (last, to)]) = self.told
+            && to - from > 0.02
+        {
+            let pace = (last - first).as_secs_f64() / (to - from);
+            return (pace * (1.0 - to) - last.elapsed().as_secs_f64()).max(0.0);
+        }
+        (self.foretold * scale / self.threads as f64 - self.since.elapsed().as_secs_f64()).max(0.0)
+    }
+}
+
+impl Tally {
+    fn new(nodes: usize, jobs: usize) -> Tally {
+        let (is_settled, running) = (vec![false; nodes], BTreeMap::new());
+        Tally { jobs, is_settled, settled: 0, foretold: Vec::new(), open: 0.0, ran: (0.0, 0.0), running }
+    }
+
+    fn outlook(&mut self, seconds: &[f64]) {
+        self.foretold = seconds.to_vec();
+        self.open = seconds.iter().sum();
+    }
+
+    fn foretold(&self, id: NodeId) -> f64 {
+        self.foretold.get(id).copied().unwrap_or(0.0)
+    }
+
+    fn note(&mut self, event: &Event) {
+        let id = event.node;
+        match &event.what {
+            What::Started { threads } => {
+                let foretold = self.foretold(id);
+                self.open -= foretold;
+                self.running.insert(id, Running { since: Instant::now(), threads: *threads, foretold, told: None });
+            }
+            What::Progress { share, .. } => {
+                if let Some(running) = self.running.get_mut(&id) {
+                    let now = (Instant::now(), *share);
+                    running.told = Some([running.told.map_or(now, |[first, _]| first), now]);
+                }
+            }
+            What::Retrying { .. } => {
+                self.running.remove(&id);
+                self.open += self.foretold(id);
+            }
+            What::Hit | What::Ran { .. } | What::Failed { .. } | What::Skipped { .. } | What::Cancelled => {
+                self.settle(event);
+            }
+            What::Damaged | What::Waiting | What::Resumed => {}
+        }
+    }
+
+    fn settle(&mut self, event: &Event) {
+        let id = event.node;
+        match (self.running.remove(&id), &event.what) {
+            (Some(running), What::Ran { seconds }) => {
+                self.ran.0 += running.foretold;
+                self.ran.1 += seconds * running.threads as f64;
+            }
+            (Some(_), _) => {}
+            (None, _) => self.open -= self.foretold(id),
+        }
+        // A result that was lost in the store is settled twice.
+        if !std::mem::replace(&mut self.is_settled[id], true) {
+            self.settled += 1;
+        }
+    }
+
+    /// Wall seconds left: what runs by its own progress, the rest as foretold, scaled by how that did so far.
+    fn left(&self) -> f64 {
+        let scale = if self.ran.0 > 0.0 { self.ran.1 / self.ran.0 } else { 1.0 };
+        let running = || self.running.values().map(|r| (r.left(scale), r.threads as f64));
+        let core_seconds = self.open.max(0.0) * scale + running().map(|(left, threads)| left * threads).sum::<f64>();
+        running().map(|(left, _)| left).fold(core_seconds / self.jobs as f64, f64::max)
+    }
+}
+
+/// The bars on a terminal: one for the run, one for each node at work.
+struct Bars {
+    all: MultiProgress,
+    total: ProgressBar,
+    running: BTreeMap<NodeId, ProgressBar>,
+    drawn: Option<Instant>,
+}
+
+impl Bars {
+    fn new(nodes: usize) -> Bars {
+        let all = MultiProgress::new();
+        let total = all.add(ProgressBar::new(nodes as u64));
+        total.set_style(style("{bar:32} {pos}/{len} results  {elapsed}  {msg}"));
+        Bars { all, total, running: BTreeMap::new(), drawn: None }
+    }
+
+    fn note(&mut self, plan: &Plan, event: &Event, tally: &Tally) {
+        match &event.what {
+            What::Started { .. } => {
+                let bar = self.all.add(ProgressBar::new(1000));
+                bar.set_style(style("  {bar:20} {msg}"));
+                bar.set_message(plan.label(event.node));
+                self.running.insert(event.node, bar);
+            }
+            What::Progress { share, doing } => {
+                if let Some(bar) = self.running.get(&event.node) {
+                    bar.set_position((share * 1000.0) as u64);
+                    bar.set_message(format!("{}: {doing}", plan.label(event.node)));
+                }
+            }
+            What::Waiting => self.total.println(line(plan, event, true).unwrap_or_default()),
+            What::Resumed | What::Damaged => {}
+            _ => {
+                if let Some(bar) = self.running.remove(&event.node) {
+                    bar.finish_and_clear();
+                    self.all.remove(&bar);
+                }
+            }
+        }
+        if self.drawn.is_none_or(|drawn| drawn.elapsed() >= REDRAW) {
+            self.drawn = Some(Instant::now());
+            self.total.set_position(tally.settled as u64);
+            self.total.set_message(format!("about {} left", duration(tally.left())));
         }
     }
 }
 
 fn style(template: &str) -> ProgressStyle {
     ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
-}
-
-impl Inner {
-    /// Wall seconds left: what runs by its own progress, the rest by prediction, scaled by how predictions did so far.
-    fn left(&self) -> f64 {
-        let scale = if self.worked_cost > 0.0 { self.worked_seconds / self.worked_cost } else { 1.0 };
-        let running: Vec<f64> = self.running.values().map(|r| r.left(scale)).collect();
-        let all = self.open_cost.max(0.0) * scale + running.iter().sum::<f64>();
-        running.into_iter().fold(all / self.jobs as f64, f64::max)
-    }
-
-    fn note(&mut self, plan: &Plan, event: &Event) {
-        let id = event.node();
-        let cost = plan.nodes[id].cost;
-        match event {
-            Event::Damaged { .. } => {}
-            Event::Started { .. } => {
-                let bar = self.bars.add(ProgressBar::new(1000));
-                bar.set_style(style("  {bar:20} {msg}"));
-                bar.set_message(plan.label(id));
-                self.open_cost -= cost;
-                self.running.insert(id, Running { bar, since: Instant::now(), share: 0.0, cost });
-            }
-            Event::Progress { share, doing, .. } => {
-                if let Some(running) = self.running.get_mut(&id) {
-                    running.bar.set_position((share * 1000.0) as u64);
-                    running.bar.set_message(format!("{}: {doing}", plan.label(id)));
-                    running.share = *share;
-                }
-            }
-            Event::Hit { .. }
-            | Event::Ran { .. }
-            | Event::Failed { .. }
-            | Event::Skipped { .. }
-            | Event::Cancelled { .. } => {
-                match self.running.remove(&id) {
-                    Some(running) => {
-                        running.bar.finish_and_clear();
-                        self.bars.remove(&running.bar);
-                    }
-                    None => self.open_cost -= cost,
-                }
-                self.settled += 1;
-                self.hits += usize::from(matches!(event, Event::Hit { .. }));
-                if let Event::Ran { seconds, .. } = event {
-                    self.worked_cost += cost;
-                    self.worked_seconds += seconds;
-                }
-                self.total.set_position(self.settled as u64);
-            }
-        }
-        self.total.set_message(format!("about {} left", duration(self.left())));
-    }
-
-    fn line(&mut self, plan: &Plan, event: &Event) -> Option<String> {
-        let label = plan.label(event.node());
-        let text = match event {
-            Event::Failed { .. } | Event::Damaged { .. } => return remark(plan, event),
-            Event::Ran { seconds, .. } if *seconds >= 1.0 => format!("ran {label} in {}", duration(*seconds)),
-            Event::Ran { .. } | Event::Progress { .. } if self.last_line.elapsed().as_secs() >= 5 => match event {
-                Event::Progress { share, doing, .. } => format!("{label}: {:.0} %, {doing}", share * 100.0),
-                _ => format!("ran {label}"),
-            },
-            _ => return None,
-        };
-        self.last_line = Instant::now();
-        let (settled, all) = (self.settled, plan.nodes.len());
-        Some(format!(
-            "[{settled}/{all}, {}, {} left] {text}",
-            duration(self.started.elapsed().as_secs_f64()),
-            duration(self.left())
-        ))
-    }
-}
-
-impl Listener for Console {
-    fn on(&self, plan: &Plan, event: &Event) {
-        let Ok(mut inner) = self.inner.lock() else { return };
-        inner.note(plan, event);
-        match self.mode {
-            Mode::Json => {
-                let mut json = serde_json::to_value(event).unwrap_or_default();
-                json["node"] = plan.label(event.node()).into();
-                let _ = writeln!(std::io::stdout(), "{json}");
-            }
-            Mode::Bars => {
-                if let Some(text) = remark(plan, event) {
-                    let _ = inner.bars.println(text);
-                }
-            }
-            Mode::Plain => {
-                if let Some(line) = inner.line(plan, event) {
-                    let _ = writeln!(std::io::stderr(), "{line}");
-                }
-            }
-            Mode::Quiet => {
-                if let Some(text) = remark(plan, event) {
-                    let _ = writeln!(std::io::stderr(), "{text}");
-                }
-            }
-        }
-    }
-}
-
-/// What must be said in every mode.
-fn remark(plan: &Plan, event: &Event) -> Option<String> {
-    let label = plan.label(event.node());
-    match event {
-        Event::Failed { why, .. } => Some(format!("FAILED {label}: {why}")),
-        Event::Damaged { .. } => Some(format!("{label}: its stored result is damaged or gone, computing it again")),
-        _ => None,
-    }
 }
 
 /// Writes a line to standard output; whoever reads it may have gone.

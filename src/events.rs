@@ -2,29 +2,34 @@
 use crate::plan::{NodeId, Plan};
 use serde::Serialize;
 
-/// One thing that happened. As JSON: one object a line, tagged by `event`.
+/// One thing that happened to one node.
+#[derive(Clone, Debug)]
+pub struct Event {
+    /// Which node.
+    pub node: NodeId,
+    /// What.
+    pub what: What,
+}
+
+/// What happened to a node.
 #[derive(Clone, Debug, Serialize)]
 #[serde(tag = "event", rename_all = "lowercase")]
-pub enum Event {
+pub enum What {
     /// The result was in the store.
-    Hit {
-        /// Which node.
-        node: NodeId,
-    },
+    Hit,
     /// The stored result is damaged or gone: it is computed again.
-    Damaged {
-        /// Which node.
-        node: NodeId,
-    },
+    Damaged,
+    /// Another run computes it just now: its result will be used, or its work taken over if it dies.
+    Waiting,
     /// A worker began.
     Started {
-        /// Which node.
-        node: NodeId,
+        /// Threads it was given.
+        threads: usize,
     },
+    /// It goes on from what an earlier attempt kept.
+    Resumed,
     /// A worker came further.
     Progress {
-        /// Which node.
-        node: NodeId,
         /// Share done, 0 to 1.
         share: f64,
         /// What it does now.
@@ -32,52 +37,89 @@ pub enum Event {
     },
     /// A worker made a result.
     Ran {
-        /// Which node.
-        node: NodeId,
         /// Wall time [s].
         seconds: f64,
     },
+    /// A worker failed in a way that may pass: it will be tried again.
+    Retrying {
+        /// Why.
+        why: String,
+        /// Tries that failed.
+        failed: u32,
+    },
     /// A worker failed.
     Failed {
-        /// Which node.
-        node: NodeId,
         /// Why.
         why: String,
     },
-    /// Not run, because something it needs has no result.
+    /// Not run: something it needs has no result, or something else failed before it began.
     Skipped {
-        /// Which node.
-        node: NodeId,
         /// Why.
         why: String,
     },
     /// Stopped by Ctrl-C, or never begun because of it.
-    Cancelled {
-        /// Which node.
-        node: NodeId,
-    },
+    Cancelled,
 }
 
-impl Event {
-    /// The node it happened to.
-    pub fn node(&self) -> NodeId {
-        match *self {
-            Event::Hit { node }
-            | Event::Damaged { node }
-            | Event::Started { node }
-            | Event::Progress { node, .. }
-            | Event::Ran { node, .. }
-            | Event::Failed { node, .. }
-            | Event::Skipped { node, .. }
-            | Event::Cancelled { node } => node,
-        }
-    }
+/// One line of `run --json`.
+#[derive(Serialize)]
+#[serde(untagged)]
+pub enum Line<'a> {
+    /// Something happened to a node.
+    Node(NodeLine<'a>),
+    /// The run began or ended.
+    Run(RunLine<'a>),
+}
+
+/// Something that happened to a node.
+#[derive(Serialize)]
+pub struct NodeLine<'a> {
+    /// Seconds since the run began.
+    pub time: f64,
+    /// `STEP`, or `STEP[POINT]` for a point of a sweep.
+    pub node: &'a str,
+    /// What happened.
+    #[serde(flatten)]
+    pub what: &'a What,
+}
+
+/// The run as a whole: its first line and its last.
+#[derive(Serialize)]
+#[serde(tag = "event", rename_all = "lowercase")]
+pub enum RunLine<'a> {
+    /// The first line.
+    Began {
+        /// Name of the study.
+        study: &'a str,
+        /// Number of nodes.
+        nodes: usize,
+        /// Threads at work at once.
+        jobs: usize,
+    },
+    /// The last line, once results are written.
+    Ended {
+        /// Seconds since the run began.
+        time: f64,
+        /// Nodes whose result was in the store.
+        hits: usize,
+        /// Nodes that were computed.
+        ran: usize,
+        /// Nodes that failed.
+        failed: usize,
+        /// Nodes that were not run because of a failure.
+        skipped: usize,
+        /// Nodes that were stopped, or not begun because the run was.
+        cancelled: usize,
+    },
 }
 
 /// Whoever listens to a run.
 pub trait Listener: Sync {
     /// Something happened; called from the coordinator and from workers.
     fn on(&self, plan: &Plan, event: &Event);
+
+    /// Not all is in the store: `seconds` are the core-seconds foretold for each node that isn't settled, 0 for the others.
+    fn outlook(&self, _seconds: &[f64]) {}
 }
 
 impl Listener for () {

@@ -18,7 +18,7 @@
 //! | `pipeline.rs`, `value.rs`, `sweep.rs` | the pipeline file as written, with places for messages |
 //! | `plan.rs`, `reference.rs` | references resolved, ports matched, parameters checked, order |
 //! | `registry.rs` | every stage, and the digest of its code (`build.rs` makes it) |
-//! | `execute.rs` | lookup, workers, failures, cancel |
+//! | `execute.rs`, `execute/` | lookup, packing into cores and memory, workers, failures, cancel |
 //! | `events.rs`, `console.rs` | what happens, and how it is shown |
 //! | `outputs.rs`, `report.rs`, `report.html`, `figure.rs`, `hdf5_table.rs` | what people get: page, CSV, SVG, PNG, HDF5 |
 //! | `mistake.rs` | wrong input, shown with line and mark |

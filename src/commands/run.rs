@@ -1,10 +1,12 @@
 //! `run`: computes what a pipeline needs and isn't in the store, and writes its report.
 use super::{Done, OutArgs, Stop, StudyArgs};
-use crate::console::{Console, Mode, duration, warn};
+use crate::console::{self, Console, Mode, duration, warn};
+use crate::events::{Line, RunLine};
 use crate::execute::{self, Options, Outcome, Report};
 use crate::outputs;
 use hvi_kit::Cancel;
 use std::process::ExitCode;
+use std::time::Duration;
 
 /// What `run` is told.
 #[derive(clap::Args)]
@@ -16,15 +18,55 @@ pub struct Args {
     /// Only these steps and what they need
     #[arg(long, value_name = "STEP")]
     only: Vec<String>,
-    /// Nodes that run at once [default: one a core]
+    /// Threads at work at once [default: one a core]
     #[arg(long, short, value_parser = clap::value_parser!(u16).range(1..=4096))]
     jobs: Option<u16>,
+    /// After a failure, still begin what doesn't need what failed
+    #[arg(long, short)]
+    keep_going: bool,
+    /// Try again so often what failed for a reason that may pass: files, programs outside; never the physics
+    #[arg(long, value_name = "TIMES", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=100))]
+    retry: u32,
+    /// The longest one node may take, such as 90s, 10min or 2h: it is stopped, and what it kept lets it go on later
+    #[arg(long, value_name = "TIME", value_parser = time)]
+    timeout: Option<Duration>,
+    /// How long a node goes on before it keeps what it needs to go on from there
+    #[arg(long, value_name = "TIME", value_parser = time, default_value = "10s")]
+    checkpoint: Duration,
     /// One JSON object a line on standard output for everything that happens
     #[arg(long)]
     json: bool,
     /// Show failures and the result only
     #[arg(long, short)]
     quiet: bool,
+}
+
+impl Args {
+    fn options<'a>(&self, jobs: usize, cancel: &'a Cancel, listener: &'a Console) -> Options<'a> {
+        Options {
+            keep_going: self.keep_going,
+            retry: self.retry,
+            timeout: self.timeout,
+            checkpoint: self.checkpoint,
+            ..Options::new(jobs, cancel, listener)
+        }
+    }
+}
+
+/// A time as written on the command line: `90s`, `10min`, `2h`.
+fn time(text: &str) -> Result<Duration, String> {
+    let text = text.trim();
+    let (number, unit) = text.split_at(text.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(text.len()));
+    let scale = match unit.trim() {
+        "ms" => 1e-3,
+        "s" => 1.0,
+        "min" => 60.0,
+        "h" => 3600.0,
+        "d" => 86400.0,
+        _ => return Err("expected a number with one of ms, s, min, h, d, as in 10min".into()),
+    };
+    let seconds = number.parse::<f64>().map_err(|e| e.to_string())? * scale;
+    Duration::try_from_secs_f64(seconds).map_err(|e| e.to_string())
 }
 
 /// Runs the study.
@@ -46,14 +88,23 @@ pub fn run(args: &Args) -> Done {
     let cancel = stop_on_interrupt();
     quiet_workers();
     let console = Console::new(mode, &plan, jobs);
-    let report = execute::execute(&plan, &store, &Options { jobs, cancel, listener: &console })?;
+    if mode == Mode::Json {
+        console::json(&Line::Run(RunLine::Began { study: &pipeline.name, nodes: plan.nodes.len(), jobs }));
+    }
+    let report = execute::execute(&plan, &store, &args.options(jobs, cancel, &console))?;
     console.finish();
     store.notices().iter().for_each(|text| warn(format_args!("{text}")));
     let written = outputs::write(&pipeline, &plan, &report, &store, &folder)
         .map_err(|e| Stop::Machine(format!("can't write results to {}: {e}", folder.display())))?;
     let counts = Counts::of(&report);
-    if mode != Mode::Json {
-        warn(format_args!("{}: {counts} in {}; {}", pipeline.name, duration(report.seconds), written.page.display()));
+    match mode {
+        Mode::Json => console::json(&Line::Run(counts.line(report.seconds))),
+        _ => warn(format_args!(
+            "{}: {counts} in {}; {}",
+            pipeline.name,
+            duration(report.seconds),
+            written.page.display()
+        )),
     }
     if counts.cancelled > 0 {
         warn(format_args!("stopped: what was finished is kept, the same command goes on from there"));
@@ -111,6 +162,11 @@ impl Counts {
             } += 1;
         }
         c
+    }
+
+    fn line(&self, time: f64) -> RunLine<'static> {
+        let Counts { hits, ran, failed, skipped, cancelled } = *self;
+        RunLine::Ended { time, hits, ran, failed, skipped, cancelled }
     }
 }
 impl std::fmt::Display for Counts {

@@ -17,6 +17,9 @@ pub enum StageError {
     Load(#[from] LoadError),
     #[error(transparent)]
     Store(#[from] StoreError),
+    /// A program outside failed: unlike the physics, it may do better at another try.
+    #[error(transparent)]
+    Engine(EngineError),
     /// The physics went wrong: a solver did not converge, a state left the model's range. The text says where (step,
     /// time, particle), what, what was allowed, and what to do next.
     #[error("{0}")]
@@ -26,7 +29,7 @@ impl From<EngineError> for StageError {
     fn from(e: EngineError) -> StageError {
         match e {
             EngineError::Cancelled(c) => StageError::Cancelled(c),
-            other => StageError::Physics(other.to_string()),
+            other => StageError::Engine(other),
         }
     }
 }
