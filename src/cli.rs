@@ -1,5 +1,5 @@
 //! The command line: which commands there are, and their exit codes.
-use crate::commands::{Stop, plan, run, stages};
+use crate::commands::{Stop, explain, plan, run, stages};
 use crate::console::warn;
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
@@ -20,6 +20,8 @@ enum Command {
     Run(run::Args),
     /// Show what `run` would compute, and why; computes nothing
     Plan(plan::Args),
+    /// Say why results would be computed again, field by field, and what counts in a key
+    Explain(explain::Args),
     /// List the stages a step can use
     Stages,
 }
@@ -29,6 +31,7 @@ pub fn main() -> ExitCode {
     let done = match Cli::parse().command {
         Command::Run(args) => run::run(&args),
         Command::Plan(args) => plan::run(&args),
+        Command::Explain(args) => explain::run(&args),
         Command::Stages => stages::run(),
     };
     done.unwrap_or_else(|stop| match stop {

@@ -1,4 +1,5 @@
 //! The commands, one file each, and what they share: the study they look at, its store, and how they end.
+pub mod explain;
 pub mod plan;
 pub mod run;
 pub mod stages;

@@ -19,6 +19,7 @@
 //! | `plan.rs`, `reference.rs` | references resolved, ports matched, parameters checked, order |
 //! | `registry.rs` | every stage, and the digest of its code (`build.rs` makes it) |
 //! | `execute.rs`, `execute/` | lookup, packing into cores and memory, workers, failures, cancel |
+//! | `forecast.rs`, `history.rs` | what a run would do and why; what earlier runs did |
 //! | `events.rs`, `console.rs` | what happens, and how it is shown |
 //! | `outputs.rs`, `report.rs`, `report.html`, `figure.rs`, `hdf5_table.rs` | what people get: page, CSV, SVG, PNG, HDF5 |
 //! | `mistake.rs` | wrong input, shown with line and mark |
@@ -35,7 +36,9 @@ pub mod console;
 pub mod events;
 pub mod execute;
 pub mod figure;
+pub mod forecast;
 pub mod hdf5_table;
+pub mod history;
 pub mod mistake;
 pub mod outputs;
 pub mod pipeline;

@@ -6,6 +6,7 @@ mod build;
 mod suite {
     pub mod bad_input;
     pub mod cache;
+    pub mod commands;
     pub mod language;
     pub mod project;
     pub mod tidy;

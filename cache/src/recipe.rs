@@ -83,6 +83,18 @@ impl Recipe {
         Digest::of(&image)
     }
 
+    /// Every field that enters the key, dotted name and value, in the order of the walk; lengths of lists and tables, which
+    /// enter too, are left out.
+    pub fn fields(&self) -> Vec<(String, String)> {
+        let mut all = Vec::new();
+        self.walk(&mut |name, tag, text| {
+            if !matches!(tag, 'n' | 'm') {
+                all.push((name.to_string(), text.to_string()));
+            }
+        });
+        all
+    }
+
     /// The fields in which `self` differs from an `older` recipe, in the order of the walk.
     pub fn changes_since(&self, older: &Recipe) -> Vec<Change> {
         let leaves = |recipe: &Recipe| {

@@ -3,8 +3,10 @@ use super::{Done, OutArgs, Stop, StudyArgs};
 use crate::console::{self, Console, Mode, duration, warn};
 use crate::events::{Line, RunLine};
 use crate::execute::{self, Options, Outcome, Report};
-use crate::outputs;
-use hvi_kit::Cancel;
+use crate::pipeline::Pipeline;
+use crate::plan::Plan;
+use crate::{history, outputs};
+use hvi_kit::{Cancel, Store};
 use std::process::ExitCode;
 use std::time::Duration;
 
@@ -96,6 +98,7 @@ pub fn run(args: &Args) -> Done {
     store.notices().iter().for_each(|text| warn(format_args!("{text}")));
     let written = outputs::write(&pipeline, &plan, &report, &store, &folder)
         .map_err(|e| Stop::Machine(format!("can't write results to {}: {e}", folder.display())))?;
+    note(&store, &pipeline, &plan, &report);
     let counts = Counts::of(&report);
     match mode {
         Mode::Json => console::json(&Line::Run(counts.line(report.seconds))),
@@ -114,6 +117,15 @@ pub fn run(args: &Args) -> Done {
         warn(format_args!("{unreadable}"));
     }
     Ok(ExitCode::from(u8::from(counts.failed > 0 || !written.unreadable.is_empty())))
+}
+
+/// Appends to the history; a run that made nothing new works on a store that can't be written, and says nothing.
+fn note(store: &Store, pipeline: &Pipeline, plan: &Plan, report: &Report) {
+    if let Err(e) = history::append(store, pipeline, plan, report)
+        && report.outcomes.iter().any(|o| matches!(o, Outcome::Ran(_)))
+    {
+        warn(format_args!("the run is not in the history, {} can't be written: {e}", store.folder().display()));
+    }
 }
 
 /// The flag that Ctrl-C sets; a second Ctrl-C ends the program at once.
