@@ -19,7 +19,7 @@ fn main() {
 /// One line of the table.
 fn measure(isa: Isa, cells: usize, ratio: f64, temperature: f64) {
     let potential = Potential::Mishin2001;
-    let edge = lattice::edge(potential, ratio);
+    let edge = lattice::edge(&potential, ratio).unwrap();
     let sites = lattice::sites(cells, edge);
     let mut system = System::new(Tables::new(potential), isa, &sites, edge * cells as f64).expect("a crystal");
     system.heat(2.0 * temperature, 1);

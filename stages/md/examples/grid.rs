@@ -1,7 +1,10 @@
 //! The states of the copper pipeline, one line each, and what they cost: `cargo run --release -p hvi-md --example grid -- ATOMS`.
 use hvi_kit::units::{Pressure, Temperature, Time};
 use hvi_kit::{Ctx, Stage};
-use hvi_md::{Md, Params, Phase, Potential};
+use hvi_md::lanes::Isa;
+use hvi_md::potential::{BuiltIn, Named};
+use hvi_md::{Md, Params, Phase, run};
+use std::collections::BTreeMap;
 
 fn main() {
     let arg = |k: usize, or: f64| std::env::args().nth(k).and_then(|a| a.parse().ok()).unwrap_or(or);
@@ -12,7 +15,7 @@ fn main() {
     for v in 0..15 {
         for t in 0..10 {
             let params = Params {
-                potential: Potential::Mishin2001,
+                potential: Named::BuiltIn(BuiltIn::Mishin2001),
                 atoms: arg(1, 500.0) as u32,
                 volume_ratio: 1.06 - 0.03 * f64::from(v),
                 temperature: Temperature::new(300.0 + 4200.0 / 9.0 * f64::from(t)),
@@ -24,7 +27,7 @@ fn main() {
                 seed: arg(4, 1.0) as u64,
             };
             let start = cpu_time();
-            let state = Md::run(&params, (), &Ctx::quiet()).expect("a state");
+            let state = run::state(&params, &BTreeMap::new(), Isa::best(), &Ctx::quiet()).expect("a state");
             let spent = (cpu_time() - start) * 1e-9;
             total += spent;
             predicted += Md::cost(&params);

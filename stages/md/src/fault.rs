@@ -9,16 +9,15 @@ pub enum Fault {
     )]
     Small { edge: f64, needed: f64 },
     #[error(
-        "step {step} ({time:.3} ps): atoms {} and {} are {distance:.4} angstrom apart, nearer than the {nearest} angstrom where the \
+        "step {step} ({time:.3} ps): atoms {} and {} are {distance:.4} angstrom apart, nearer than the {nearest:.3} angstrom where the \
          potential begins; take a shorter time_step, a lower temperature or a greater volume", atoms[0], atoms[1]
     )]
     Close { step: u64, time: f64, atoms: [u32; 2], distance: f64, nearest: f64 },
     #[error(
-        "step {step} ({time:.3} ps): atom {atom} has an electron density of {density:.3}, outside of 0 to {} where the potential is \
-         known; take a shorter time_step, a lower temperature or a greater volume",
-        crate::table::DENSEST
+        "step {step} ({time:.3} ps): atom {atom} has an electron density of {density:.3}, outside of 0 to {densest:.3} where \
+         the potential is known; take a shorter time_step, a lower temperature or a greater volume"
     )]
-    Dense { step: u64, time: f64, atom: u32, density: f64 },
+    Dense { step: u64, time: f64, atom: u32, density: f64, densest: f64 },
     #[error("step {step} ({time:.3} ps): velocities are no longer finite; take a shorter time_step")]
     Lost { step: u64, time: f64 },
 }

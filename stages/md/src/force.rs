@@ -4,7 +4,7 @@
 //! forces `-(phi' + (F'_i + F'_j) f') r/|r|` from what was kept.
 use crate::lanes::{Kernel, Lanes};
 use crate::neighbor::List;
-use crate::table::Tables;
+use crate::table::{Over, Tables};
 
 /// Energies and forces to be computed. `[atoms + 1]` where the atom past the last is the one that stands nowhere.
 pub struct Forces<'a> {
@@ -43,7 +43,10 @@ impl Kernel for Forces<'_> {
     type Out = Sums;
     #[inline(always)]
     fn run<L: Lanes>(mut self, l: L) -> Sums {
-        let (pair_energy, nearest2) = self.densities(l);
+        let (pair_energy, nearest2) = match self.tables.over {
+            Over::Square => self.densities::<L, false>(l),
+            Over::Distance => self.densities::<L, true>(l),
+        };
         let (embedding_energy, too_dense) = self.embed();
         let virial = self.forces(l);
         Sums { energy: pair_energy + embedding_energy, virial, nearest2, too_dense }
@@ -67,26 +70,40 @@ fn periodic<L: Lanes>(l: L, edges: [f64; 3]) -> [[L::F; 2]; 3] {
     [[l.splat(a), l.splat(1.0 / a)], [l.splat(b), l.splat(1.0 / b)], [l.splat(c), l.splat(1.0 / c)]]
 }
 
-/// phi, phi'/r, f, f'/r of eight distances squared, which are below [`Tables::beyond`].
+/// phi, phi'/r, f, f'/r of eight distances squared, none of which is past the table's end.
 #[inline(always)]
-fn look_up<L: Lanes>(l: L, tables: &Tables, r2: L::F) -> [L::F; 4] {
-    let u = l.max(l.mul(l.sub(r2, l.splat(tables.start)), l.splat(tables.scale)), l.splat(0.0));
+fn look_up<L: Lanes, const ROOT: bool>(l: L, tables: &Tables, r2: L::F) -> [L::F; 4] {
+    let (zero, scale) = (l.splat(0.0), l.splat(tables.scale));
+    let (r, per_r) = if ROOT {
+        let r = l.sqrt(r2);
+        (r, l.div(l.splat(1.0), r))
+    } else {
+        (zero, zero)
+    };
+    let u = if ROOT { l.mul(r, scale) } else { l.max(l.mul(l.sub(r2, l.splat(tables.start)), scale), zero) };
     let line = l.floor(u);
     let t = l.sub(u, line);
     let c = l.gather_lines(&tables.pair, line);
-    // d/dr2 is half of (1/r) d/dr
-    let (double, t2, t3) = (l.splat(2.0 * tables.scale), l.add(t, t), l.mul(t, l.splat(3.0)));
-    let phi = l.fma(l.fma(l.fma(c[3], t, c[2]), t, c[1]), t, c[0]);
-    let phi_slope = l.mul(l.fma(l.mul(c[3], t3), t, l.fma(c[2], t2, c[1])), double);
+    let (t2, t3) = (l.add(t, t), l.mul(t, l.splat(3.0)));
+    let p = l.fma(l.fma(l.fma(c[3], t, c[2]), t, c[1]), t, c[0]);
     let f = l.fma(l.fma(l.fma(c[7], t, c[6]), t, c[5]), t, c[4]);
-    let f_slope = l.mul(l.fma(l.mul(c[7], t3), t, l.fma(c[6], t2, c[5])), double);
-    [phi, phi_slope, f, f_slope]
+    let p_slope = l.fma(l.mul(c[3], t3), t, l.fma(c[2], t2, c[1]));
+    let f_slope = l.fma(l.mul(c[7], t3), t, l.fma(c[6], t2, c[5]));
+    if ROOT {
+        // p is r phi
+        let (phi, k) = (l.mul(p, per_r), l.mul(per_r, scale));
+        let phi_slope = l.mul(l.mul(l.fma(p_slope, scale, l.sub(zero, phi)), per_r), per_r);
+        return [phi, phi_slope, f, l.mul(f_slope, k)];
+    }
+    // d/dr2 is half of (1/r) d/dr
+    let double = l.add(scale, scale);
+    [p, l.mul(p_slope, double), f, l.mul(f_slope, double)]
 }
 
 impl Forces<'_> {
     /// Pass one: density sums; returns the pair energy and the least distance squared.
     #[inline(always)]
-    fn densities<L: Lanes>(&mut self, l: L) -> (f64, f64) {
+    fn densities<L: Lanes, const ROOT: bool>(&mut self, l: L) -> (f64, f64) {
         self.density.fill(0.0);
         let periodic = periodic(l, self.edges);
         let (cutoff2, beyond) = (l.splat(self.tables.cutoff2), l.splat(self.tables.beyond));
@@ -105,7 +122,7 @@ impl Forces<'_> {
                     continue;
                 }
                 nearest2 = l.min(r2, nearest2);
-                let [phi, phi_slope, f, f_slope] = look_up(l, self.tables, l.min(r2, beyond));
+                let [phi, phi_slope, f, f_slope] = look_up::<L, ROOT>(l, self.tables, l.below(r2, cutoff2, beyond));
                 l.store(phi_slope, &mut self.kept[v][0]);
                 l.store(f_slope, &mut self.kept[v][1]);
                 energy = l.add(energy, phi);

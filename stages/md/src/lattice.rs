@@ -1,7 +1,6 @@
 //! The perfect face-centred cubic lattice: its sites, and its energy and pressure at rest.
-use crate::potential::Potential;
+use crate::potential::{Potential, Structure};
 use hvi_kit::math::{bisect, cbrt};
-use std::sync::OnceLock;
 
 /// Atoms in the cubic cell, in units of its edge.
 const BASIS: [[f64; 3]; 4] = [[0.0, 0.0, 0.0], [0.0, 0.5, 0.5], [0.5, 0.0, 0.5], [0.5, 0.5, 0.0]];
@@ -39,16 +38,19 @@ pub struct Static {
     pub density: f64,
 }
 
-/// Energy, pressure `-dE/dV` and density sum of the lattice with cubic edge `edge` [angstrom], from the formulas themselves.
-pub fn at_rest(potential: Potential, edge: f64) -> Static {
+/// Energy, pressure `-dE/dV` and density sum of the potential's cubic lattice (body-centred, or else face-centred) with edge
+/// `edge` [angstrom], from the formulas themselves.
+pub fn at_rest(potential: &Potential, edge: f64) -> Static {
+    let body = potential.structure() == Structure::Bcc;
     let reach = (2.0 * potential.cutoff() / edge) as i32 + 1;
     let (mut pair, mut pair_virial, mut density, mut density_virial) = (0.0, 0.0, 0.0, 0.0);
     for x in -reach..=reach {
         for y in -reach..=reach {
             for z in -reach..=reach {
-                // neighbours of an fcc atom: half-edges whose sum is even
+                // neighbours in half-edges: face-centred, their sum is even; body-centred, all are even or all odd
                 let square = x * x + y * y + z * z;
-                if (x + y + z) % 2 != 0 || square == 0 {
+                let site = if body { (x + y) % 2 == 0 && (y + z) % 2 == 0 } else { (x + y + z) % 2 == 0 };
+                if !site || square == 0 {
                     continue;
                 }
                 let r = 0.5 * edge * f64::from(square).sqrt();
@@ -61,7 +63,7 @@ pub fn at_rest(potential: Potential, edge: f64) -> Static {
         }
     }
     let embedding = potential.embedding(density);
-    let volume = 0.25 * edge * edge * edge;
+    let volume = if body { 0.5 } else { 0.25 } * edge * edge * edge;
     Static {
         energy: pair + embedding.value,
         pressure: -(pair_virial + embedding.slope * density_virial) / (3.0 * volume),
@@ -69,36 +71,46 @@ pub fn at_rest(potential: Potential, edge: f64) -> Static {
     }
 }
 
-/// Cubic edge of the lattice without pressure [angstrom]; found once in a process, as every state of a sweep asks for it.
-pub fn equilibrium_edge(potential: Potential) -> f64 {
-    static MISHIN_2001: OnceLock<f64> = OnceLock::new();
-    let found = match potential {
-        Potential::Mishin2001 => &MISHIN_2001,
-    };
-    *found.get_or_init(|| find_equilibrium_edge(potential))
+/// Cubic edge of the lattice without pressure [angstrom], nearest to what the potential says of itself; `None` where the
+/// pressure doesn't change its sign from 0.7 to 1.4 of that, so that the potential has no such lattice.
+pub fn equilibrium_edge(potential: &Potential) -> Option<f64> {
+    *potential.kept_edge().get_or_init(|| find_equilibrium_edge(potential))
 }
 
-fn find_equilibrium_edge(potential: Potential) -> f64 {
-    let contact = potential.cutoff();
-    bisect(0.55 * contact, 0.8 * contact, 1e-12, |edge| at_rest(potential, edge).pressure)
-        .expect("a built-in potential has its lattice where its cut-off takes in three to five shells")
+/// Cubic edge at `volume_ratio` times the volume of the lattice without pressure [angstrom], if there is one.
+pub fn edge(potential: &Potential, volume_ratio: f64) -> Option<f64> {
+    Some(equilibrium_edge(potential)? * cbrt(volume_ratio))
 }
 
-/// Cubic edge at `volume_ratio` times the volume of the lattice without pressure [angstrom].
-pub fn edge(potential: Potential, volume_ratio: f64) -> f64 {
-    equilibrium_edge(potential) * cbrt(volume_ratio)
+fn find_equilibrium_edge(potential: &Potential) -> Option<f64> {
+    let nearest = potential.structure().nearest(potential.lattice_constant());
+    let about = if potential.structure() == Structure::Bcc { Structure::Bcc } else { Structure::Fcc }.edge(nearest);
+    let pressure = |edge: f64| at_rest(potential, edge).pressure;
+    let (from, to) = (0.7 * about, 1.4 * about);
+    let mut bracket = (about, about);
+    while bracket.0 > from || bracket.1 < to {
+        let wider = ((0.99 * bracket.0).max(from), (1.01 * bracket.1).min(to));
+        // stable: pressed together it presses back
+        for (a, b) in [(wider.0, bracket.0), (bracket.1, wider.1)] {
+            if pressure(a) > 0.0 && pressure(b) <= 0.0 {
+                return bisect(a, b, 1e-12, pressure);
+            }
+        }
+        bracket = wider;
+    }
+    None
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::units::PRESSURE;
-    const COPPER: Potential = Potential::Mishin2001;
+    const COPPER: &Potential = &Potential::Mishin2001;
 
     /// Mishin et al. (2001), table III: a0 3.615, E0 -3.54, B 138.3 GPa; further digits from the formulas by another program.
     #[test]
     fn copper_lattice_is_that_of_the_paper() {
-        let a0 = equilibrium_edge(COPPER);
+        let a0 = equilibrium_edge(COPPER).unwrap();
         assert!((a0 - 3.61493).abs() < 5e-6, "{a0}");
         let ground = at_rest(COPPER, a0);
         assert!((ground.energy + 3.54022).abs() < 5e-6, "{ground:?}");
@@ -114,7 +126,7 @@ mod tests {
     #[test]
     fn cold_pressures_are_known() {
         for (ratio, gigapascal) in [(0.9, 18.0), (0.8, 52.1), (0.7, 118.6), (0.6, 252.7)] {
-            let p = at_rest(COPPER, edge(COPPER, ratio)).pressure * PRESSURE * 1e-9;
+            let p = at_rest(COPPER, edge(COPPER, ratio).unwrap()).pressure * PRESSURE * 1e-9;
             assert!((p - gigapascal).abs() < 0.05, "{ratio}: {p}");
         }
     }
@@ -123,7 +135,7 @@ mod tests {
     #[test]
     fn pressure_is_the_slope_of_the_energy() {
         for ratio in [1.5, 1.0, 0.7, 0.5] {
-            let (a, d) = (edge(COPPER, ratio), 1e-5);
+            let (a, d) = (edge(COPPER, ratio).unwrap(), 1e-5);
             let (up, down) = (a * (1.0 + d), a * (1.0 - d));
             let volume = |a: f64| 0.25 * a * a * a;
             let slope = (at_rest(COPPER, up).energy - at_rest(COPPER, down).energy) / (volume(up) - volume(down));

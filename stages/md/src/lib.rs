@@ -23,13 +23,22 @@ mod thermostat;
 pub mod units;
 pub use fault::Fault;
 pub use params::Params;
-pub use potential::Potential;
+pub use potential::{Named, Potential};
 pub use state::{Phase, State};
 pub use system::System;
 pub use table::Tables;
 pub use thermostat::Chain;
 
-use hvi_kit::{Ctx, Invalid, Stage, StageError};
+use hvi_kit::{Ctx, File, Invalid, Places, Stage, StageError};
+use std::collections::BTreeMap;
+
+hvi_kit::inputs! {
+    /// What the stage takes.
+    pub struct Inputs {
+        /// The potential's file, at `potential.file`, if it is one from a file.
+        file: Places<File>,
+    }
+}
 
 /// The stage `md`: one state of a metal at a volume and a temperature.
 pub struct Md;
@@ -38,18 +47,22 @@ impl Stage for Md {
     const NAME: &'static str = "md";
     const SUMMARY: &'static str = "pressure and energy of a metal at one volume and temperature, by molecular dynamics with an embedded-atom potential";
     type Params = Params;
-    type Inputs = ();
+    type Inputs = Inputs;
     type Output = State;
 
     fn check(params: &Params) -> Result<(), Invalid> {
         params.check()
     }
 
+    fn check_files(params: &Params, files: &BTreeMap<String, File>) -> Result<(), Invalid> {
+        params.check_files(files)
+    }
+
     fn cost(params: &Params) -> f64 {
         params.cost()
     }
 
-    fn run(params: &Params, (): (), ctx: &Ctx<'_>) -> Result<State, StageError> {
-        run::state(params, lanes::Isa::best(), ctx)
+    fn run(params: &Params, inputs: Inputs, ctx: &Ctx<'_>) -> Result<State, StageError> {
+        run::state(params, &inputs.file.0, lanes::Isa::best(), ctx)
     }
 }

@@ -1,18 +1,21 @@
 //! What is asked of a run.
-use crate::potential::Potential;
+use crate::potential::{Named, Potential, Structure};
 use crate::system::LEAST_SKIN;
 use crate::{lattice, run};
-use hvi_kit::Invalid;
+use hvi_kit::math::cbrt;
 use hvi_kit::units::{Pressure, Temperature, Time};
+use hvi_kit::{File, Invalid};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// Parameters of the stage `md`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
-    /// How atoms act on each other.
-    pub potential: Potential,
+    /// How atoms act on each other: the name of a built-in potential, or `{ file = "Cu_u3.eam", format = "funcfl" }` with
+    /// the format `funcfl`, `setfl` or `eam/fs` and, where the file has several, the `element`.
+    pub potential: Named,
     /// Number of atoms, 4 n^3: a cube of n^3 face-centred cells.
     #[serde(default = "defaults::atoms")]
     pub atoms: u32,
@@ -94,17 +97,52 @@ impl Params {
         let least = run::LEAST_SAMPLES as f64 * self.time_step.si();
         within("shortest", self.shortest.si(), least, 1e-8, &format!("it must be {least:e} s (50 steps) to 10 ns"))?;
         within("longest", self.longest.si(), self.shortest.si(), 1e-8, "it must be from `shortest` to 10 ns")?;
-        self.check_atoms()
+        match &self.potential {
+            Named::BuiltIn(built_in) => self.check_atoms(&built_in.potential()).map(drop),
+            Named::File(_) => Ok(()),
+        }
     }
 
-    fn check_atoms(&self) -> Result<(), Invalid> {
+    /// What is wrong with the potential's file, if anything.
+    ///
+    /// # Errors
+    /// As [`Params::potential`].
+    pub fn check_files(&self, files: &BTreeMap<String, File>) -> Result<(), Invalid> {
+        self.potential(files).map(drop)
+    }
+
+    /// The potential, and the cubic edge of its lattice at rest without pressure [angstrom]; its file, if it has one, is
+    /// `potential.file`.
+    ///
+    /// # Errors
+    /// [`Invalid`] where there is no such file, or it is malformed, or the metal has no face-centred lattice, or the box is
+    /// too small for it.
+    pub fn potential(&self, files: &BTreeMap<String, File>) -> Result<(Potential, f64), Invalid> {
+        const PLACE: &str = "potential.file";
+        if let Some(other) = files.keys().find(|key| *key != PLACE) {
+            return Err(Invalid::new(other, format!("a file goes to `{PLACE}` only")));
+        }
+        let file = files.get(PLACE);
+        let key = if file.is_some() { PLACE } else { "potential" };
+        let potential = self.potential.potential(file).map_err(|e| Invalid::new(key, e.to_string()))?;
+        let ground = self.check_atoms(&potential)?;
+        Ok((potential, ground))
+    }
+
+    /// Whether the crystal fits; returns its cubic edge at rest without pressure [angstrom].
+    fn check_atoms(&self, potential: &Potential) -> Result<f64, Invalid> {
+        let unfit = || Invalid::new("potential", "it has no face-centred cubic lattice, the one that is run here");
+        if !matches!(potential.structure(), Structure::Fcc | Structure::Other) {
+            return Err(unfit());
+        }
+        let ground = lattice::equilibrium_edge(potential).ok_or_else(unfit)?;
         let cells = self.cells();
         let of = |n: usize| 4 * n * n * n;
         if of(cells) != self.atoms as usize {
             return Err(Invalid::new("atoms", format!("{} is not 4 n^3; the nearest is {}", self.atoms, of(cells))));
         }
-        let edge = lattice::edge(self.potential, self.volume_ratio);
-        let needed = 2.0 * (self.potential.cutoff() + LEAST_SKIN);
+        let edge = ground * cbrt(self.volume_ratio);
+        let needed = 2.0 * (potential.cutoff() + LEAST_SKIN);
         if edge * (cells as f64) < needed {
             let enough = (1..).find(|&n| edge * n as f64 >= needed).expect("some multiple is long enough");
             return Err(Invalid::new(
@@ -119,7 +157,7 @@ impl Params {
                 ),
             ));
         }
-        Ok(())
+        Ok(ground)
     }
 
     /// Predicted core-seconds, for AVX-512 at about 3 GHz.

@@ -4,12 +4,15 @@ use crate::lanes::Isa;
 use crate::lattice;
 use crate::order::{FARTHEST, Order};
 use crate::params::Params;
+use crate::potential::Potential;
 use crate::state::{Phase, State};
 use crate::system::System;
 use crate::table::Tables;
 use crate::thermostat::Chain;
 use crate::units::{BOLTZMANN, PRESSURE, SPECIFIC_ENERGY, SPECIFIC_VOLUME, TIME};
-use hvi_kit::{Ctx, StageError};
+use hvi_kit::math::cbrt;
+use hvi_kit::{Ctx, File, StageError};
+use std::collections::BTreeMap;
 
 /// Response time of the heat bath [ps]: of 0.1 and 1 ps the one with the smaller error of P.
 const RESPONSE: f64 = 0.1;
@@ -24,8 +27,8 @@ pub const LEAST_SAMPLES: usize = 50;
 ///
 /// # Errors
 /// [`StageError::Physics`] with step and atom where atoms leave the potential's range; [`StageError::Cancelled`].
-pub fn state(params: &Params, isa: Isa, ctx: &Ctx<'_>) -> Result<State, StageError> {
-    let mut run = Run::new(params, isa)?;
+pub fn state(params: &Params, files: &BTreeMap<String, File>, isa: Isa, ctx: &Ctx<'_>) -> Result<State, StageError> {
+    let mut run = Run::new(params, files, isa)?;
     run.equilibrate(ctx)?;
     run.average(ctx)?;
     Ok(run.state())
@@ -35,6 +38,9 @@ struct Run<'a> {
     params: &'a Params,
     system: System,
     chain: Chain,
+    potential: Potential,
+    /// Cubic edge of the lattice at rest without pressure [angstrom].
+    ground: f64,
     /// Cubic edge of the lattice [angstrom].
     lattice: f64,
     /// Time step [ps].
@@ -50,10 +56,11 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    fn new(params: &Params, isa: Isa) -> Result<Run<'_>, StageError> {
-        let (cells, lattice) = (params.cells(), lattice::edge(params.potential, params.volume_ratio));
+    fn new<'a>(params: &'a Params, files: &BTreeMap<String, File>, isa: Isa) -> Result<Run<'a>, StageError> {
+        let (potential, ground) = params.potential(files).map_err(|e| StageError::physics(e.why))?;
+        let (cells, lattice) = (params.cells(), ground * cbrt(params.volume_ratio));
         let sites = lattice::sites(cells, lattice);
-        let tables = Tables::new(params.potential);
+        let tables = Tables::new(potential.clone());
         let mut system = System::new(tables, isa, &sites, lattice * cells as f64).map_err(StageError::physics)?;
         let thermal = BOLTZMANN * params.temperature.si();
         system.heat(2.0 * params.temperature.si(), params.seed);
@@ -68,6 +75,8 @@ impl Run<'_> {
                 step: params.time_step.si() / TIME,
             },
             system,
+            potential,
+            ground,
             lattice,
             step: params.time_step.si() / TIME,
             series: Series::default(),
@@ -182,9 +191,8 @@ impl Run<'_> {
     }
 
     fn state(&self) -> State {
-        let molar = self.params.potential.molar_mass();
-        let ground = lattice::equilibrium_edge(self.params.potential);
-        let rest = lattice::at_rest(self.params.potential, ground).energy * self.cube.atoms;
+        let molar = self.potential.molar_mass();
+        let rest = lattice::at_rest(&self.potential, self.ground).energy * self.cube.atoms;
         let Averages { energy, pressure } = self.averages();
         let per_mass = SPECIFIC_ENERGY / (molar * self.cube.atoms);
         let volume = |edge: f64| 0.25 * edge * edge * edge * SPECIFIC_VOLUME / molar;
@@ -192,7 +200,7 @@ impl Run<'_> {
         let over_looks = |of: fn(&Order) -> f64| self.looks.iter().map(of).sum::<f64>() / looks;
         State {
             volume: volume(self.lattice),
-            lattice_volume: volume(ground),
+            lattice_volume: volume(self.ground),
             molar_mass: molar * 1e-3,
             temperature: self.params.temperature.si(),
             pressure: pressure.value * PRESSURE,

@@ -4,7 +4,7 @@ use crate::force::{Forces, Sums};
 use crate::lanes::{Isa, Kernel, Lanes, run};
 use crate::neighbor::{Build, Cells, List, NOWHERE};
 use crate::random::Random;
-use crate::table::{NEAREST, Tables};
+use crate::table::Tables;
 use crate::thermostat::Chain;
 use crate::units::{ATOMIC_MASS, BOLTZMANN};
 
@@ -281,13 +281,17 @@ impl System {
                 active: &mut self.active,
             },
         );
-        if self.sums.nearest2 < self.tables.start {
+        if self.sums.nearest2 < self.tables.nearest2 {
             return Err(self.too_close());
         }
         match self.sums.too_dense {
-            Some(i) => {
-                Err(Fault::Dense { step: self.step, time: self.time, atom: self.id[i], density: self.density[i] })
-            }
+            Some(i) => Err(Fault::Dense {
+                step: self.step,
+                time: self.time,
+                atom: self.id[i],
+                density: self.density[i],
+                densest: self.tables.potential.densest(),
+            }),
             None => Ok(()),
         }
     }
@@ -309,7 +313,7 @@ impl System {
             time: self.time,
             atoms: [found.0, found.1],
             distance: found.2.sqrt(),
-            nearest: NEAREST,
+            nearest: self.tables.potential.nearest(),
         }
     }
 

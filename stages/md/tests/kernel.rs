@@ -7,7 +7,7 @@ const COPPER: Potential = Potential::Mishin2001;
 
 /// `cells`^3 cubic cells at `ratio` of the ground state's volume, each site shaken by up to `shake` angstrom.
 fn shaken(cells: usize, ratio: f64, shake: f64) -> (Vec<[f64; 3]>, f64) {
-    let edge = lattice::edge(COPPER, ratio);
+    let edge = lattice::edge(&COPPER, ratio).unwrap();
     let mut seed = 7u64;
     let mut uniform = || {
         seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
@@ -72,7 +72,7 @@ fn energy_and_forces_are_those_of_the_formulas() {
 fn lattice_is_the_same_by_both_ways() {
     for ratio in [1.0, 0.9, 0.7, 0.6] {
         let (sites, edge) = shaken(5, ratio, 0.0);
-        let (system, exact) = (system(&sites, edge), lattice::at_rest(COPPER, edge / 5.0));
+        let (system, exact) = (system(&sites, edge), lattice::at_rest(&COPPER, edge / 5.0));
         assert!((system.energy() / sites.len() as f64 - exact.energy).abs() < 1e-8);
         let pressure = system.virial() / (3.0 * system.volume());
         assert!(
@@ -254,13 +254,13 @@ fn atoms_on_top_of_each_other_are_named() {
     let error = System::new(Tables::new(COPPER), Isa::best(), &sites, edge).err().unwrap();
     assert!(matches!(error, Fault::Close { step: 0, atoms: [3, 200], .. }), "{error:?}");
     let text = error.to_string();
-    assert!(text.contains("atoms 3 and 200 are 0.5000 angstrom apart") && text.contains("1 angstrom"), "{text}");
+    assert!(text.contains("atoms 3 and 200 are 0.5000 angstrom apart") && text.contains("1.000 angstrom"), "{text}");
 }
 
 /// A crystal at 0.11 of its volume, nearest atoms still 1.2 angstrom apart.
 #[test]
 fn densities_off_the_table_are_errors() {
-    let edge = lattice::edge(COPPER, 0.11);
+    let edge = lattice::edge(&COPPER, 0.11).unwrap();
     let error = System::new(Tables::new(COPPER), Isa::best(), &lattice::sites(8, edge), 8.0 * edge).err().unwrap();
     assert!(matches!(error, Fault::Dense { step: 0, .. }), "{error}");
 }

@@ -9,7 +9,7 @@ const RESPONSE: f64 = 0.2;
 
 /// A crystal of `cells` cells at `ratio` V0 in equilibrium near `temperature` [K]: far from it baths are stiff.
 fn crystal(cells: [usize; 3], ratio: f64, temperature: f64) -> System {
-    let edge = lattice::edge(COPPER, ratio);
+    let edge = lattice::edge(&COPPER, ratio).unwrap();
     let sites = lattice::block(cells, [edge; 3]);
     let edges = cells.map(|n| edge * n as f64);
     let mut system = System::in_box(Tables::new(COPPER), Isa::best(), &sites, edges).unwrap();
@@ -114,7 +114,7 @@ fn volume_follows_the_pressure() {
             (0..3).for_each(|k| inside[k] += (kinetic[k] + virial[k]) / system.volume() / steps as f64);
         }
     }
-    let edge = lattice::edge(COPPER, 1.0);
+    let edge = lattice::edge(&COPPER, 1.0).unwrap();
     let ratio = volume / (80.0 * edge * edge * edge);
     println!("V/V0 {ratio:.5}, pressures {:?} GPa", inside.map(|p| p * PRESSURE * 1e-9));
     assert!((ratio - 0.9).abs() < 1e-3, "{ratio}");

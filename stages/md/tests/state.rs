@@ -2,12 +2,15 @@
 use hvi_kit::units::{Pressure, Temperature, Time};
 use hvi_kit::{Artifact, Cancel, Ctx, Stage, StageError};
 use hvi_md::lanes::Isa;
-use hvi_md::{Md, Params, Phase, Potential, State, run};
+use hvi_md::potential::{BuiltIn, Named};
+use hvi_md::{Md, Params, Phase, State, run};
+
+use std::collections::BTreeMap;
 
 /// 256 atoms, all else by default.
 fn params(volume_ratio: f64, temperature: f64) -> Params {
     Params {
-        potential: Potential::Mishin2001,
+        potential: Named::BuiltIn(BuiltIn::Mishin2001),
         atoms: 256,
         volume_ratio,
         temperature: Temperature::new(temperature),
@@ -21,7 +24,7 @@ fn params(volume_ratio: f64, temperature: f64) -> Params {
 }
 
 fn state(params: &Params) -> State {
-    Md::run(params, (), &Ctx::quiet()).unwrap()
+    run::state(params, &BTreeMap::new(), Isa::best(), &Ctx::quiet()).unwrap()
 }
 
 /// 32.468 +- 0.01 GPa for 256 atoms and 32.535 for 4000 by another program; with the centre of mass's motion 32.53.
@@ -121,7 +124,11 @@ fn runs_repeat_bit_for_bit_on_any_processor() {
     };
     let expected = state(&params).encode();
     for isa in Isa::all() {
-        assert!(run::state(&params, isa, &Ctx::quiet()).unwrap().encode() == expected, "{}", isa.name());
+        assert!(
+            run::state(&params, &BTreeMap::new(), isa, &Ctx::quiet()).unwrap().encode() == expected,
+            "{}",
+            isa.name()
+        );
     }
     assert_eq!(State::decode(&expected).unwrap().encode(), expected);
     assert_ne!(state(&Params { seed: 2, ..params }).encode(), expected);
@@ -150,7 +157,10 @@ fn a_run_can_be_stopped_and_says_how_far_it_is() {
     let cancel = Cancel::default();
     cancel.set();
     let ctx = Ctx { cancel: &cancel, ..Ctx::quiet() };
-    assert!(matches!(Md::run(&params(1.0, 300.0), (), &ctx), Err(StageError::Cancelled(_))));
+    assert!(matches!(
+        run::state(&params(1.0, 300.0), &BTreeMap::new(), Isa::best(), &ctx),
+        Err(StageError::Cancelled(_))
+    ));
 }
 
 #[test]

@@ -83,6 +83,22 @@ impl Lanes for Avx2 {
         both!(_mm256_fnmadd_pd, a, b, c)
     }
     #[inline(always)]
+    fn div(self, a: F, b: F) -> F {
+        both!(_mm256_div_pd, a, b)
+    }
+    #[inline(always)]
+    fn sqrt(self, a: F) -> F {
+        both!(_mm256_sqrt_pd, a)
+    }
+    #[inline(always)]
+    fn below(self, a: F, limit: F, other: F) -> F {
+        avx!({
+            let low = _mm256_cmp_pd::<_CMP_LT_OQ>(a[0], limit[0]);
+            let high = _mm256_cmp_pd::<_CMP_LT_OQ>(a[1], limit[1]);
+            [_mm256_blendv_pd(other[0], a[0], low), _mm256_blendv_pd(other[1], a[1], high)]
+        })
+    }
+    #[inline(always)]
     fn round(self, a: F) -> F {
         const NEAREST: i32 = _MM_FROUND_TO_NEAREST_INT | _MM_FROUND_NO_EXC;
         avx!([_mm256_round_pd::<NEAREST>(a[0]), _mm256_round_pd::<NEAREST>(a[1])])

@@ -75,6 +75,18 @@ impl Lanes for Avx512 {
         avx!(_mm512_fnmadd_pd(a, b, c))
     }
     #[inline(always)]
+    fn div(self, a: __m512d, b: __m512d) -> __m512d {
+        avx!(_mm512_div_pd(a, b))
+    }
+    #[inline(always)]
+    fn sqrt(self, a: __m512d) -> __m512d {
+        avx!(_mm512_sqrt_pd(a))
+    }
+    #[inline(always)]
+    fn below(self, a: __m512d, limit: __m512d, other: __m512d) -> __m512d {
+        avx!(_mm512_mask_blend_pd(_mm512_cmp_pd_mask::<_CMP_LT_OQ>(a, limit), other, a))
+    }
+    #[inline(always)]
     fn round(self, a: __m512d) -> __m512d {
         avx!(_mm512_roundscale_pd::<{ _MM_FROUND_TO_NEAREST_INT | _MM_FROUND_NO_EXC }>(a))
     }

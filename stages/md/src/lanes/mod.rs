@@ -30,6 +30,10 @@ pub trait Lanes: Copy {
     fn fma(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F;
     /// c - a b, rounded once.
     fn fnma(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F;
+    /// a / b
+    fn div(self, a: Self::F, b: Self::F) -> Self::F;
+    /// Square root.
+    fn sqrt(self, a: Self::F) -> Self::F;
     /// Nearest integer, ties to even.
     fn round(self, a: Self::F) -> Self::F;
     /// Greatest integer not above.
@@ -38,6 +42,8 @@ pub trait Lanes: Copy {
     fn min(self, a: Self::F, b: Self::F) -> Self::F;
     /// `if a > b { a } else { b }`: b where a is NaN.
     fn max(self, a: Self::F, b: Self::F) -> Self::F;
+    /// `if a < limit { a } else { other }`: other where a is NaN.
+    fn below(self, a: Self::F, limit: Self::F, other: Self::F) -> Self::F;
     /// Bit k set where lane k of a is less than that of b.
     fn less(self, a: Self::F, b: Self::F) -> u8;
     /// `((a0 + a4) + (a2 + a6)) + ((a1 + a5) + (a3 + a7))`
@@ -133,6 +139,7 @@ mod tests {
             let (a, b) = (l.load(&self.a), l.load(&self.b));
             let at = [3, 1, 4, 1, 5, 9, 2, 6];
             let mut results = vec![l.add(a, b), l.sub(a, b), l.mul(a, b), l.fma(a, b, a), l.fnma(a, b, a)];
+            results.extend([l.div(a, b), l.sqrt(l.mul(b, b)), l.below(a, b, l.splat(0.3)), l.below(b, a, a)]);
             results.extend([l.round(a), l.floor(a), l.min(a, b), l.max(a, b), l.splat(self.a[1])]);
             results.extend(l.gather(self.quads, &at));
             let whole = l.load(&[0.0, 2.0, 1.0, 2.0, 3.0, 0.0, 1.0, 3.0]);

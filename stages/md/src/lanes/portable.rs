@@ -48,6 +48,18 @@ impl Lanes for Portable {
         each(|k| (-a[k]).mul_add(b[k], c[k]))
     }
     #[inline(always)]
+    fn div(self, a: F, b: F) -> F {
+        each(|k| a[k] / b[k])
+    }
+    #[inline(always)]
+    fn sqrt(self, a: F) -> F {
+        a.map(f64::sqrt)
+    }
+    #[inline(always)]
+    fn below(self, a: F, limit: F, other: F) -> F {
+        each(|k| if a[k] < limit[k] { a[k] } else { other[k] })
+    }
+    #[inline(always)]
     fn round(self, a: F) -> F {
         a.map(f64::round_ties_even)
     }

@@ -8,6 +8,10 @@ use hvi_kit::math::exp;
 
 /// Molar mass of copper [g/mol].
 pub const MOLAR_MASS: f64 = 63.546;
+/// Edge of its lattice [angstrom].
+pub const LATTICE_CONSTANT: f64 = 3.615;
+/// Highest density that is allowed; the crystal has about 1, at 0.45 of its volume 7.
+pub const DENSEST: f64 = 10.0;
 /// Cut-off distance r_c [angstrom].
 pub const CUTOFF: f64 = 5.50679;
 /// Width h of the cut-off function [angstrom].
