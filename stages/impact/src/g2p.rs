@@ -1,11 +1,13 @@
 //! Grid to particles: velocity, affine field and position (step 4 of the method), then volume, stress, energy and
 //! equation of state (steps 5 to 7).
 use crate::grid::Grid;
-use crate::kernel::{MOMENT, Stencil};
-use crate::material::Law;
+use crate::kernel::Stencil;
+use crate::material::{Booked, Law};
+use crate::method::{Scheme, Transfer};
 use crate::p2g::{Sums, Work, full_gradient};
 use crate::particle::Particle;
 use crate::step::{Setting, Totals};
+use crate::xpic;
 
 /// Updates all particles by the end-of-step velocities on the grid; returns the first that went wrong.
 pub fn update<const D: usize>(
@@ -28,14 +30,43 @@ pub fn update<const D: usize>(
             }
             velocity[c] = p.velocity[c] + 0.5 * (w.drift[c] + sums.mean[c]);
         }
-        let radius = p.position[D.min(2) - 1];
+        let radius = w.radius;
+        let start = p.velocity[D.min(2) - 1] + w.drift[D.min(2) - 1];
         let l = full_gradient(&mean, velocity[D.min(2) - 1], radius, setting);
-        let heat = w.heat + returned(p, &sums, setting.cell);
-        transfer(p, &sums, &velocity, setting.cell, dt);
+        let moment = setting.method.moment(setting.cell);
+        let heat = match setting.method.transfer {
+            Transfer::Apic => {
+                let heat = w.heat + returned(p, &sums, moment);
+                adopt(p, &sums, moment);
+                heat
+            }
+            Transfer::Flip | Transfer::Xpic { .. } => xpic::transfer(p, w, grid, setting),
+        };
+        for d in 0..D {
+            p.position[d] += dt * velocity[d];
+        }
         p.alone = w.alone;
-        let booked =
-            if w.alone { Law::fly(p, heat) } else { setting.laws[p.body as usize].advance(p, &w.stress, &l, heat, dt) };
-        reflect(p, &setting.mirrors);
+        let gained = heat + w.conducted;
+        let law = &setting.laws[p.body as usize];
+        let booked = match setting.method.scheme {
+            _ if w.alone => Law::fly(p, gained),
+            Scheme::Midpoint => law.advance(p, &w.stress, &l, gained, dt),
+            Scheme::Usf | Scheme::Musl => {
+                let booked = Law::work(p, &w.stress, &l, gained, dt);
+                law.evaluate(p);
+                Booked { limited: w.stress.limited, ..booked }
+            }
+            Scheme::Usl => {
+                let end = full_gradient(&sums.gradient, 2.0 * velocity[D.min(2) - 1] - start, radius, setting);
+                let booked = Law::work(p, &w.stress, &l, gained, dt);
+                let limited = law.deform(p, &end, dt);
+                law.evaluate(p);
+                Booked { limited, ..booked }
+            }
+        };
+        if setting.method.scheme != Scheme::Musl {
+            reflect(p, &setting.mirrors);
+        }
         totals.transfer += heat;
         totals.viscous += booked.viscous;
         totals.floored += booked.floored;
@@ -55,7 +86,7 @@ pub fn update<const D: usize>(
 
 /// Sums of `u = v_i + dt a_i - v`: the shift by the particle's own velocity keeps small differences exact.
 #[inline(always)]
-fn gather_end<const D: usize>(p: &Particle<D>, w: &Work<D>, grid: &Grid<D>, cell: f64) -> Sums<D> {
+pub fn gather_end<const D: usize>(p: &Particle<D>, w: &Work<D>, grid: &Grid<D>, cell: f64) -> Sums<D> {
     let (s, last) = (&w.stencil, D - 1);
     let nodes = grid.stencil(w.slot);
     let mut sums = Sums::<D>::zero();
@@ -91,18 +122,11 @@ fn gather_end<const D: usize>(p: &Particle<D>, w: &Work<D>, grid: &Grid<D>, cell
     sums
 }
 
-/// Affine field C from the moment sums: `C = B / D`.
-#[inline(always)]
-fn affine<const D: usize>(sums: &Sums<D>, cell: f64) -> [[f64; D]; D] {
-    let factor = 1.0 / (MOMENT * cell * cell);
-    sums.moment.map(|row| row.map(|x| x * factor))
-}
-
 /// Motion on the grid that the particle can't hold: `m/2 [sum w |u|^2 - |mean u|^2 - D |C|^2]` [J], heat from now on.
 #[inline(always)]
-fn returned<const D: usize>(p: &Particle<D>, sums: &Sums<D>, cell: f64) -> f64 {
+fn returned<const D: usize>(p: &Particle<D>, sums: &Sums<D>, moment: f64) -> f64 {
     let mut held = 0.0;
-    let per_moment = 1.0 / (MOMENT * cell * cell);
+    let per_moment = 1.0 / moment;
     for c in 0..D {
         held += sums.mean[c] * sums.mean[c];
         for d in 0..D {
@@ -112,13 +136,13 @@ fn returned<const D: usize>(p: &Particle<D>, sums: &Sums<D>, cell: f64) -> f64 {
     0.5 * p.mass * (sums.square - held)
 }
 
-/// Takes over velocity and affine field, and moves by the mean `velocity` of the step.
+/// Takes over velocity and affine field `C = B / D` from the sums.
 #[inline(always)]
-fn transfer<const D: usize>(p: &mut Particle<D>, sums: &Sums<D>, velocity: &[f64; D], cell: f64, dt: f64) {
-    p.affine = affine(sums, cell);
+fn adopt<const D: usize>(p: &mut Particle<D>, sums: &Sums<D>, moment: f64) {
+    let per_moment = 1.0 / moment;
+    p.affine = sums.moment.map(|row| row.map(|x| x * per_moment));
     for c in 0..D {
         p.velocity[c] += sums.mean[c];
-        p.position[c] += dt * velocity[c];
     }
 }
 
@@ -128,7 +152,7 @@ const SHEARS: [[usize; 2]; 3] = [[3, 5], [3, 4], [4, 5]];
 /// Puts a particle that went through a mirror in its image's place; after the stress has taken its step, since the
 /// velocity gradient of the step is that of the side it came from.
 #[inline(always)]
-fn reflect<const D: usize>(p: &mut Particle<D>, mirrors: &[bool; D]) {
+pub fn reflect<const D: usize>(p: &mut Particle<D>, mirrors: &[bool; D]) {
     for d in 0..D {
         if mirrors[d] && p.position[d] < 0.0 {
             p.position[d] = -p.position[d];
@@ -186,13 +210,8 @@ mod tests {
         let material = crate::material::Material::named("copper").expect("shipped");
         let on = crate::material::Switches { strength: true, damage: false, spall: false };
         let step = |mirrored: bool| {
-            let setting = Setting::<2> {
-                cell: 1e-3,
-                axisymmetric: false,
-                mirrors: [false, mirrored],
-                laws: vec![Law::new(&material, material.eos.clone(), on)],
-                cfl: 0.5,
-            };
+            let mut setting = Setting::<2>::new(1e-3, vec![Law::new(&material, material.eos.clone(), on)]);
+            setting.mirrors = [false, mirrored];
             let mut p = Particle::new([0.5e-3, 1e-6], [0.0, -100.0], 1e-3, 1e-7, 0, 0);
             setting.laws[0].prepare(&mut p);
             let mut grid = Grid::default();
@@ -208,16 +227,9 @@ mod tests {
                 node.velocity = [2e3 * y, -100.0];
                 node.next = node.velocity;
             }
-            let stencil = crate::kernel::Stencil::at(&p.position, setting.cell);
-            let work = Work {
-                slot: slots[0],
-                stencil,
-                drift: [2e3 * p.position[1], 0.0],
-                gradient: [[0.0, 2e3], [0.0; 2]],
-                heat: 0.0,
-                stress: crate::material::HalfStep::default(),
-                alone: false,
-            };
+            let stencil = Stencil::at(&p.position, setting.cell, setting.method.kernel);
+            let mut work = Work::new(slots[0], stencil, p.position[1]);
+            (work.drift, work.gradient) = ([2e3 * p.position[1], 0.0], [[0.0, 2e3], [0.0; 2]]);
             let mut particles = [p];
             let mut totals = Totals::default();
             assert!(update(&mut particles, &[work], &grid, &setting, 1e-7, &mut totals).is_none());

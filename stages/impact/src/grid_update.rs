@@ -10,6 +10,15 @@ pub fn velocities<const D: usize>(grid: &mut Grid<D>, cut: f64) {
     }
 }
 
+/// Means `next_i / m_i` of what particles gave; nodes lighter than `cut` [kg] keep none.
+pub fn means<const D: usize>(grid: &mut Grid<D>, cut: f64) {
+    fold(grid, |node| &mut node.next, false);
+    for node in &mut grid.nodes {
+        let per_mass = if node.mass > cut { 1.0 / node.mass } else { 0.0 };
+        node.next.iter_mut().for_each(|v| *v *= per_mass);
+    }
+}
+
 /// End-of-step velocities `v_i + dt f_i / m_i`; nodes lighter than `cut` [kg] stand still.
 pub fn accelerate<const D: usize>(grid: &mut Grid<D>, cut: f64, dt: f64) {
     fold(grid, |node| &mut node.next, false);

@@ -3,6 +3,7 @@
 use crate::grid::Grid;
 use crate::kernel::Stencil;
 use crate::material::HalfStep;
+use crate::method::Scheme;
 use crate::particle::Particle;
 use crate::step::Setting;
 use crate::tensor::Gradient;
@@ -20,10 +21,41 @@ pub struct Work<const D: usize> {
     pub gradient: [[f64; D]; D],
     /// Energy that the transfer to the grid took out of motion [J].
     pub heat: f64,
+    /// Velocity that the transfer damps away [m/s]; see `xpic.rs`.
+    pub damped: [f64; D],
+    /// Energy gained by artificial heat conduction [J].
+    pub conducted: f64,
     /// Stress at the middle of the step; none where the particle is alone.
     pub stress: HalfStep,
     /// No other particle shares a node with it.
     pub alone: bool,
+    /// Radius at the start of the step [m].
+    pub radius: f64,
+}
+
+impl<const D: usize> Work<D> {
+    /// Work space of a particle at `radius` [m] in cell `slot` with weights `stencil`.
+    pub fn new(slot: u32, stencil: Stencil<D>, radius: f64) -> Self {
+        Work {
+            radius,
+            slot,
+            stencil,
+            drift: [0.0; D],
+            gradient: [[0.0; D]; D],
+            heat: 0.0,
+            damped: [0.0; D],
+            conducted: 0.0,
+            stress: HalfStep::default(),
+            alone: false,
+        }
+    }
+
+    /// Gradient of the grid velocity at the start of the step, of the full space [1/s].
+    #[inline(always)]
+    pub fn gradient_at_start(&self, p: &Particle<D>, setting: &Setting<D>) -> Gradient {
+        let radial = p.velocity[D.min(2) - 1] + self.drift[D.min(2) - 1];
+        full_gradient(&self.gradient, radial, self.radius, setting)
+    }
 }
 
 /// Sums over a stencil of a vector field: `sum w u`, `sum u g^T`, `sum w u r^T` and `sum w |u|^2`.
@@ -67,16 +99,8 @@ pub fn momentum<const D: usize>(
     let cell = setting.cell;
     work.clear();
     for (p, &slot) in particles.iter().zip(slots) {
-        let stencil = Stencil::at(&p.position, cell);
-        work.push(Work {
-            slot,
-            stencil,
-            drift: [0.0; D],
-            gradient: [[0.0; D]; D],
-            heat: 0.0,
-            stress: HalfStep::default(),
-            alone: false,
-        });
+        let stencil = Stencil::at(&p.position, cell, setting.method.kernel);
+        work.push(Work::new(slot, stencil, p.position[D.min(2) - 1]));
         let last = D - 1;
         let along: [f64; D] = std::array::from_fn(|c| p.affine[c][last] * cell);
         for row in 0..Stencil::<D>::ROWS {
@@ -101,23 +125,36 @@ pub fn momentum<const D: usize>(
     }
 }
 
-/// Steps 2 and 3: the heat of the transfer, the velocity gradient, the half-step stress, and its force on the nodes.
+/// The first half of step 2: the heat of the transfer, and the velocity gradient.
+pub fn gradients<const D: usize>(particles: &[Particle<D>], work: &mut [Work<D>], grid: &Grid<D>, cell: f64) {
+    for (p, w) in particles.iter().zip(work) {
+        w.alone = gather_start(p, w, grid, cell);
+    }
+}
+
+/// Steps 2 and 3: the stress that acts through the step, and its force on the nodes.
 pub fn force<const D: usize>(
-    particles: &[Particle<D>],
+    particles: &mut [Particle<D>],
     work: &mut [Work<D>],
     grid: &mut Grid<D>,
     setting: &Setting<D>,
     dt: f64,
 ) {
-    for (p, w) in particles.iter().zip(work) {
-        w.alone = gather_start(p, w, grid, setting.cell);
+    for (p, w) in particles.iter_mut().zip(work) {
         if w.alone {
             continue;
         }
-        let radius = p.position[D.min(2) - 1];
-        let radial = p.velocity[D.min(2) - 1] + w.drift[D.min(2) - 1];
-        let l = full_gradient(&w.gradient, radial, radius, setting);
-        w.stress = setting.laws[p.body as usize].half_step(p, &l, dt, setting.cell);
+        let l = w.gradient_at_start(p, setting);
+        let law = &setting.laws[p.body as usize];
+        w.stress = match setting.method.scheme {
+            Scheme::Midpoint => law.half_step(p, &l, dt, setting.cell),
+            Scheme::Usl | Scheme::Musl => law.standing(p, &l, setting.cell),
+            Scheme::Usf => {
+                let limited = law.deform(p, &l, dt);
+                law.evaluate(p);
+                HalfStep { limited, ..law.standing(p, &l, setting.cell) }
+            }
+        };
         scatter_force(p, w, grid, setting);
     }
 }

@@ -1,5 +1,7 @@
 //! Parameters of the stage `impact`, and their checks.
+use crate::kernel::Kernel;
 use crate::material::{self, Material};
+use crate::method::{self, Method, Scheme, Transfer};
 use crate::scene::{self, Layout};
 use hvi_kit::Invalid;
 use hvi_kit::units::{Length, Time, Velocity};
@@ -36,6 +38,18 @@ pub struct Params {
     /// Courant number, up to 0.8.
     #[serde(default = "cfl")]
     pub cfl: f64,
+    /// Shape of the weights.
+    #[serde(default)]
+    pub kernel: Kernel,
+    /// Return of velocity from the grid.
+    #[serde(default)]
+    pub transfer: Transfer,
+    /// When stress is brought up to date.
+    #[serde(default)]
+    pub scheme: Scheme,
+    /// Coefficient of artificial heat conduction in shocks, 0 to 100; 0: none.
+    #[serde(default = "conduction")]
+    pub conduction: f64,
     /// Johnson-Cook strength; without it matter is a fluid.
     #[serde(default = "yes")]
     pub strength: bool,
@@ -55,6 +69,9 @@ fn particles() -> u32 {
 }
 fn cfl() -> f64 {
     0.5
+}
+fn conduction() -> f64 {
+    method::CONDUCTION
 }
 fn yes() -> bool {
     true
@@ -238,7 +255,23 @@ impl Params {
         }
     }
 
+    /// The variant of the method asked for.
+    pub fn method(&self) -> Method {
+        Method { kernel: self.kernel, transfer: self.transfer, scheme: self.scheme, conduction: self.conduction }
+    }
+
     fn check_method(&self) -> Result<(), Invalid> {
+        if let Some((key, why)) = self.method().fault() {
+            return Err(Invalid::new(key, why));
+        }
+        if !(0.0..=100.0).contains(&self.conduction) {
+            return Err(Invalid::new("conduction", format!("is {}, must lie between 0 and 100", self.conduction)));
+        }
+        if self.kernel == Kernel::Gimp && self.particles != 2 {
+            let why =
+                format!("is {}, must be 2 with kernel = \"gimp\": its particles are half a cell wide", self.particles);
+            return Err(Invalid::new("particles", why));
+        }
         let v = self.velocity.si();
         if !(10.0..=30e3).contains(&v) {
             return Err(Invalid::new("velocity", format!("is {v} m/s, must lie between 10 m/s and 30 km/s")));

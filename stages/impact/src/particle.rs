@@ -94,11 +94,12 @@ impl<const D: usize> Particle<D> {
         self.failed && self.unclamped < 0.0
     }
 
-    /// Kinetic energy, the affine motion's included [J] (per the mass's unit); `cell` is the grid spacing [m].
-    pub fn kinetic(&self, cell: f64) -> f64 {
+    /// Kinetic energy, the affine motion's included [J] (per the mass's unit); `moment` [m2] is the kernel's, see
+    /// [`crate::method::Method::moment`].
+    pub fn kinetic(&self, moment: f64) -> f64 {
         let speed2: f64 = self.velocity.iter().map(|v| v * v).sum();
         let affine2: f64 = self.affine.iter().flatten().map(|c| c * c).sum();
-        0.5 * self.mass * (speed2 + crate::kernel::MOMENT * cell * cell * affine2)
+        0.5 * self.mass * (speed2 + moment * affine2)
     }
 }
 

@@ -137,13 +137,12 @@ fn setting<const D: usize>(params: &Params, layout: &Layout, eos: [Eos; 2]) -> S
     let switches = Switches { strength: params.strength, damage: params.damage, spall: params.spall };
     let materials: [&Material; 2] = [&params.projectile.material, &params.plate.material];
     let all = scene::mirrors(params.space);
-    Setting {
-        cell: layout.cell,
-        axisymmetric: params.space == SpaceChoice::Axisymmetric,
-        mirrors: std::array::from_fn(|d| all[d]),
-        laws: eos.into_iter().zip(materials).map(|(eos, material)| Law::new(material, eos, switches)).collect(),
-        cfl: params.cfl,
-    }
+    let laws = eos.into_iter().zip(materials).map(|(eos, material)| Law::new(material, eos, switches)).collect();
+    let mut setting = Setting::new(layout.cell, laws);
+    setting.axisymmetric = params.space == SpaceChoice::Axisymmetric;
+    setting.mirrors = std::array::from_fn(|d| all[d]);
+    (setting.cfl, setting.method) = (params.cfl, params.method());
+    setting
 }
 
 fn bodies<const D: usize>(params: &Params, state: &State<D>, multiple: f64, densities: [f64; 2]) -> Vec<Body> {

@@ -2,11 +2,13 @@
 //!
 //! Cubic B-splines, affine (APIC) transfer, stress at the middle of the step, and every joule that a transfer takes out of
 //! motion returned as heat: kinetic (affine included) plus internal energy is conserved to rounding.
+use crate::conduction::Conduction;
 use crate::grid::{Grid, Lost};
 use crate::material::Law;
+use crate::method::{Method, Scheme};
 use crate::p2g::Work;
 use crate::particle::Particle;
-use crate::{g2p, grid_update, p2g};
+use crate::{g2p, grid_update, p2g, remap, xpic};
 use serde::{Deserialize, Serialize};
 
 /// What stays the same through a run.
@@ -21,9 +23,25 @@ pub struct Setting<const D: usize> {
     pub laws: Vec<Law>,
     /// Courant number.
     pub cfl: f64,
+    /// Variant of the method.
+    pub method: Method,
+    /// Number of the material of each body: bodies of the same law share one.
+    materials: Vec<usize>,
 }
 
 impl<const D: usize> Setting<D> {
+    /// Flat space without mirrors, the default method at Courant number .5.
+    pub fn new(cell: f64, laws: Vec<Law>) -> Self {
+        let materials = laws.iter().map(|law| laws.iter().position(|l| l == law).expect("itself")).collect();
+        Setting { cell, axisymmetric: false, mirrors: [false; D], laws, cfl: 0.5, method: Method::default(), materials }
+    }
+
+    /// Material of body `body`: the first body with the same law.
+    #[inline(always)]
+    pub fn material(&self, body: u8) -> usize {
+        self.materials[body as usize]
+    }
+
     /// Radius to divide by [m]: a particle may come to lie on the axis to rounding.
     #[inline(always)]
     pub fn radius(&self, radius: f64) -> f64 {
@@ -69,6 +87,8 @@ pub struct State<const D: usize> {
     slots: Vec<u32>,
     #[serde(skip)]
     work: Vec<Work<D>>,
+    #[serde(skip)]
+    conduction: Conduction,
     cut: f64,
 }
 
@@ -111,6 +131,7 @@ impl<const D: usize> State<D> {
             grid: Grid::default(),
             slots: Vec::new(),
             work: Vec::new(),
+            conduction: Conduction::default(),
             cut,
         }
     }
@@ -129,9 +150,17 @@ impl<const D: usize> State<D> {
             .map_err(|Lost(i)| Stop::Lost(i))?;
         p2g::momentum(&self.particles, &self.slots, grid, setting, work);
         grid_update::velocities(grid, self.cut);
-        p2g::force(&self.particles, work, grid, setting, dt);
+        p2g::gradients(&self.particles, work, grid, setting.cell);
+        xpic::damp(&self.particles, work, grid, setting, self.cut);
+        if setting.method.conduction > 0.0 {
+            self.conduction.conduct(&self.particles, work, grid, setting, dt);
+        }
+        p2g::force(&mut self.particles, work, grid, setting, dt);
         grid_update::accelerate(grid, self.cut, dt);
         let wrong = g2p::update(&mut self.particles, work, grid, setting, dt, &mut self.totals);
+        if setting.method.scheme == Scheme::Musl {
+            remap::deform(&mut self.particles, work, grid, setting, self.cut, dt, &mut self.totals);
+        }
         self.time = if self.time + dt >= until * (1.0 - 1e-15) { until } else { self.time + dt };
         self.steps += 1;
         wrong.map_or(Ok(()), |i| Err(Stop::NotFinite(i)))
