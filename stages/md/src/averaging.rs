@@ -19,9 +19,10 @@
 //! least error, see [`frozen`].
 use crate::units::BOLTZMANN;
 use hvi_kit::math::{block_mean, exp};
+use serde::{Deserialize, Serialize};
 
 /// What is kept of each step, one a step.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Series {
     /// Potential energy [eV].
     pub energy: Vec<f64>,

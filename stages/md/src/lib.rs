@@ -2,7 +2,7 @@
 //!
 //! `params.rs` what is asked; `run.rs` a run from beginning to end; `state.rs` what comes out; `potential/` formulas, one
 //! file each; `table.rs` the same as tables; `lattice.rs` the crystal at rest; `lanes/` eight doubles at a time;
-//! `neighbor.rs` who is near whom; `force.rs` energy and forces; `system.rs` the atoms and their motion; `thermostat.rs`
+//! `neighbor.rs` who is near whom; `force.rs` energy and forces; `system.rs` the atoms and their motion (`system/snapshot.rs` as bytes); `thermostat.rs`
 //! the heat bath; `barostat.rs` walls under pressure; `averaging.rs` means and errors; `order.rs` solid or liquid; `fault.rs` what can go wrong.
 pub mod averaging;
 pub mod barostat;
@@ -25,11 +25,11 @@ pub use fault::Fault;
 pub use params::Params;
 pub use potential::{Named, Potential};
 pub use state::{Phase, State};
-pub use system::System;
+pub use system::{Snapshot, System};
 pub use table::Tables;
 pub use thermostat::Chain;
 
-use hvi_kit::{Ctx, File, Invalid, Places, Stage, StageError};
+use hvi_kit::{Ctx, File, Invalid, Needs, Places, Stage, StageError};
 use std::collections::BTreeMap;
 
 hvi_kit::inputs! {
@@ -60,6 +60,10 @@ impl Stage for Md {
 
     fn cost(params: &Params) -> f64 {
         params.cost()
+    }
+
+    fn needs(params: &Params) -> Needs {
+        params.needs()
     }
 
     fn run(params: &Params, inputs: Inputs, ctx: &Ctx<'_>) -> Result<State, StageError> {

@@ -1,11 +1,12 @@
 //! Neighbour lists: each pair within cut-off and skin once, in rows of eight, built from cells with sorted atoms.
 use crate::lanes::{Kernel, Lanes};
+use serde::{Deserialize, Serialize};
 
 /// Where a row's last vector isn't full it names the atom past the last, which stands infinitely far from all others.
 pub const NOWHERE: [f64; 4] = [1e100, 1e100, 1e100, 0.0];
 
 /// The neighbours of each atom on one side of it (see [`Build`]), those within the cut-off first.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct List {
     /// Atom i has the vectors `start[i]..start[i + 1]`: `[atoms + 1]`.
     pub start: Vec<u32>,

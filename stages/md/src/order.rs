@@ -2,6 +2,7 @@
 use crate::lattice;
 use crate::system::System;
 use hvi_kit::math::{cos, sin};
+use serde::{Deserialize, Serialize};
 
 /// Below this order there is no crystal. Copper's overheated crystal keeps 0.5 until it melts; a liquid has 0.01.
 pub const LEAST_ORDER: f64 = 0.2;
@@ -10,7 +11,7 @@ pub const LEAST_ORDER: f64 = 0.2;
 pub const FARTHEST: f64 = 0.75;
 
 /// The structure at one moment.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Order {
     /// Mean over the four {111} reciprocal lattice vectors G of |sum exp(i G.x)/N|^2, the Bragg intensity of the starting
     /// lattice: 1 at rest, exp(-G^2 <u^2>/3) in a crystal whose atoms are off by u, about 1/N in a liquid. It sees the

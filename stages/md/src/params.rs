@@ -4,7 +4,7 @@ use crate::system::LEAST_SKIN;
 use crate::{lattice, run};
 use hvi_kit::math::cbrt;
 use hvi_kit::units::{Pressure, Temperature, Time};
-use hvi_kit::{File, Invalid};
+use hvi_kit::{File, Invalid, Needs};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -158,6 +158,15 @@ impl Params {
             ));
         }
         Ok(ground)
+    }
+
+    /// One thread, as states are run side by side; memory at its peak, with the tables and all samples.
+    pub fn needs(&self) -> Needs {
+        let steps = (self.equilibration.si() + self.longest.si()) / self.time_step.si();
+        // 60 to 70 listed neighbours at the lattice's volume, 22 B each with what is kept of them, and 300 B of its own
+        let atom = 300.0 + 1600.0 / self.volume_ratio;
+        let sample = 100.0;
+        Needs { threads: 1, memory: (4e6 + atom * f64::from(self.atoms) + sample * steps) as u64 }
     }
 
     /// Predicted core-seconds, for AVX-512 at about 3 GHz.

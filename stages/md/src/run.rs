@@ -6,12 +6,13 @@ use crate::order::{FARTHEST, Order};
 use crate::params::Params;
 use crate::potential::Potential;
 use crate::state::{Phase, State};
-use crate::system::System;
+use crate::system::{Snapshot, System};
 use crate::table::Tables;
 use crate::thermostat::Chain;
 use crate::units::{BOLTZMANN, PRESSURE, SPECIFIC_ENERGY, SPECIFIC_VOLUME, TIME};
 use hvi_kit::math::cbrt;
 use hvi_kit::{Ctx, File, StageError};
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// Response time of the heat bath [ps]: of 0.1 and 1 ps the one with the smaller error of P.
@@ -28,13 +29,36 @@ pub const LEAST_SAMPLES: usize = 50;
 /// # Errors
 /// [`StageError::Physics`] with step and atom where atoms leave the potential's range; [`StageError::Cancelled`].
 pub fn state(params: &Params, files: &BTreeMap<String, File>, isa: Isa, ctx: &Ctx<'_>) -> Result<State, StageError> {
-    let mut run = Run::new(params, files, isa)?;
-    run.equilibrate(ctx)?;
-    run.average(ctx)?;
+    let mut run = match ctx.resume() {
+        Some(kept) => Run::resume(params, files, isa, kept)?,
+        None => Run::new(params, files, isa)?,
+    };
+    while run.go_on(ctx)? {}
     Ok(run.state())
 }
 
+/// What comes next.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+enum Doing {
+    /// This step of the equilibration.
+    Equilibrating(usize),
+    /// Averaging, with a look at the errors after so many samples.
+    Averaging(usize),
+}
+
+/// All that a run can't make again.
+#[derive(Serialize, Deserialize)]
+struct Checkpoint {
+    doing: Doing,
+    system: Snapshot,
+    chain: Chain,
+    series: Series,
+    looks: Vec<Order>,
+    discarded: usize,
+}
+
 struct Run<'a> {
+    doing: Doing,
     params: &'a Params,
     system: System,
     chain: Chain,
@@ -65,6 +89,7 @@ impl Run<'_> {
         let thermal = BOLTZMANN * params.temperature.si();
         system.heat(2.0 * params.temperature.si(), params.seed);
         Ok(Run {
+            doing: Doing::Equilibrating(0),
             params,
             chain: Chain::new(thermal, system.freedom(), RESPONSE),
             cube: Cube {
@@ -86,6 +111,38 @@ impl Run<'_> {
         })
     }
 
+    /// The run that `kept` was taken of.
+    fn resume<'a>(
+        params: &'a Params,
+        files: &BTreeMap<String, File>,
+        isa: Isa,
+        kept: Checkpoint,
+    ) -> Result<Run<'a>, StageError> {
+        let new = Run::new(params, files, isa)?;
+        let Checkpoint { doing, system, chain, series, looks, discarded } = kept;
+        let system = System::resume(Tables::new(new.potential.clone()), isa, system);
+        Ok(Run { doing, system, chain, series, looks, discarded, ..new })
+    }
+
+    fn checkpoint(&self) -> Checkpoint {
+        Checkpoint {
+            doing: self.doing,
+            system: self.system.snapshot(),
+            chain: self.chain.clone(),
+            series: self.series.clone(),
+            looks: self.looks.clone(),
+            discarded: self.discarded,
+        }
+    }
+
+    /// Runs to the next look; returns whether there is more to do.
+    fn go_on(&mut self, ctx: &Ctx<'_>) -> Result<bool, StageError> {
+        match self.doing {
+            Doing::Equilibrating(k) => self.equilibrate(k, ctx).map(|()| true),
+            Doing::Averaging(next) => self.average(next, ctx),
+        }
+    }
+
     fn steps(&self, time: hvi_kit::units::Time) -> usize {
         (time.si() / self.params.time_step.si()).round() as usize
     }
@@ -94,14 +151,14 @@ impl Run<'_> {
         self.system.advance(self.step, Some(&mut self.chain)).map_err(StageError::physics)
     }
 
-    /// Runs without looking at results: the first half with velocities scaled to the temperature again and again, because
-    /// far from equilibrium the chain's outer variables run away and switch it off for picoseconds.
-    fn equilibrate(&mut self, ctx: &Ctx<'_>) -> Result<(), StageError> {
+    /// Some steps from step `from` on without looking at results. In the first half velocities are scaled to the temperature
+    /// again and again, because far from equilibrium the chain's outer variables run away and switch it off for picoseconds.
+    fn equilibrate(&mut self, from: usize, ctx: &Ctx<'_>) -> Result<(), StageError> {
         let steps = self.steps(self.params.equilibration);
-        for k in 0..steps {
-            if k.is_multiple_of(LEAST_SAMPLES) {
-                self.tick(ctx, 0.0, "equilibrating")?;
-            }
+        let to = (from + LEAST_SAMPLES).min(steps);
+        ctx.save(|| self.checkpoint());
+        self.tick(ctx, 0.0, "equilibrating")?;
+        for k in from..to {
             if 2 * k >= steps {
                 self.advance()?;
                 continue;
@@ -111,6 +168,8 @@ impl Run<'_> {
                 self.system.scale(self.params.temperature.si());
             }
         }
+        self.doing =
+            if to < steps { Doing::Equilibrating(to) } else { Doing::Averaging(self.steps(self.params.shortest)) };
         Ok(())
     }
 
@@ -122,38 +181,37 @@ impl Run<'_> {
         Ok(ctx.tick(done, done + ahead + averaging.max(shortest).max(1.0), doing)?)
     }
 
-    /// Averages until the standard error of the pressure is that asked for, or the longest time is spent.
-    fn average(&mut self, ctx: &Ctx<'_>) -> Result<(), StageError> {
-        let (shortest, longest) = (self.steps(self.params.shortest), self.steps(self.params.longest));
-        let mut next = shortest;
-        loop {
+    /// Averages up to the next look; returns false once the standard error of the pressure, looked at after `next` samples,
+    /// is that asked for, or the longest time is spent.
+    fn average(&mut self, next: usize, ctx: &Ctx<'_>) -> Result<bool, StageError> {
+        let longest = self.steps(self.params.longest);
+        let (mut taken, mut spent) = (0usize, false);
+        while !spent && (taken == 0 || !taken.is_multiple_of(LEAST_SAMPLES)) {
             self.sample()?;
-            let taken = self.series.energy.len();
-            let spent = self.discarded + taken >= longest;
-            if !taken.is_multiple_of(LEAST_SAMPLES) && !spent {
-                continue;
-            }
-            if self.phase_changed() && !spent {
-                self.discarded += taken;
-                self.series.clear();
-                self.looks.clear();
-                next = shortest;
-                self.equilibrate(ctx)?;
-                continue;
-            }
-            let mut expected = 0.0;
-            if taken >= next || spent {
-                let error = self.averages().pressure.error;
-                if error <= self.target || spent {
-                    return Ok(());
-                }
-                let ratio = error / self.target;
-                expected = taken as f64 * (ratio * ratio - 1.0);
-                next = taken + (0.7 * expected) as usize + LEAST_SAMPLES;
-            }
-            let left = longest.saturating_sub(self.discarded + taken) as f64;
-            self.tick(ctx, expected.min(left), "averaging")?;
+            taken = self.series.energy.len();
+            spent = self.discarded + taken >= longest;
         }
+        if self.phase_changed() && !spent {
+            self.discarded += taken;
+            self.series.clear();
+            self.looks.clear();
+            self.doing = Doing::Equilibrating(0);
+            return Ok(true);
+        }
+        let mut expected = 0.0;
+        if taken >= next || spent {
+            let error = self.averages().pressure.error;
+            if error <= self.target || spent {
+                return Ok(false);
+            }
+            let ratio = error / self.target;
+            expected = taken as f64 * (ratio * ratio - 1.0);
+            self.doing = Doing::Averaging(taken + (0.7 * expected) as usize + LEAST_SAMPLES);
+        }
+        let left = longest.saturating_sub(self.discarded + taken) as f64;
+        ctx.save(|| self.checkpoint());
+        self.tick(ctx, expected.min(left), "averaging")?;
+        Ok(true)
     }
 
     /// One step, and what is kept of it.

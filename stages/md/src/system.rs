@@ -1,4 +1,7 @@
 //! The atoms: positions, velocities and forces in a periodic box, and their motion by velocity Verlet.
+mod snapshot;
+pub use snapshot::Snapshot;
+
 use crate::fault::Fault;
 use crate::force::{Forces, Sums};
 use crate::lanes::{Isa, Kernel, Lanes, run};
@@ -65,7 +68,7 @@ impl System {
         let mut position: Vec<[f64; 4]> = sites.iter().map(|s| [s[0], s[1], s[2], 0.0]).collect();
         position.push(NOWHERE);
         let mut system = System {
-            mass: tables.potential.molar_mass() * ATOMIC_MASS,
+            mass: System::mass_of(&tables),
             tables,
             isa,
             edges,
@@ -92,6 +95,11 @@ impl System {
         system.rebuild()?;
         system.act()?;
         Ok(system)
+    }
+
+    /// Mass of an atom [eV ps2/angstrom2].
+    fn mass_of(tables: &Tables) -> f64 {
+        tables.potential.molar_mass() * ATOMIC_MASS
     }
 
     /// Number of atoms.

@@ -3,12 +3,13 @@
 //! G. J. Martyna, M. L. Klein and M. Tuckerman, J. Chem. Phys. 97, 2635 (1992); the step is the half step of G. J. Martyna,
 //! M. E. Tuckerman, D. J. Tobias and M. L. Klein, Mol. Phys. 87, 1117 (1996), with one step of the chain for a whole one.
 use hvi_kit::math::exp;
+use serde::{Deserialize, Serialize};
 
 /// Variables in the chain.
 const LENGTH: usize = 3;
 
 /// A chain that holds `freedom` degrees of freedom at one temperature.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Chain {
     /// k_B T [eV].
     thermal: f64,

@@ -1,11 +1,13 @@
 //! Whole states through the stage: known answers, phases, errors as scattered, refusals.
 use hvi_kit::units::{Pressure, Temperature, Time};
-use hvi_kit::{Artifact, Cancel, Ctx, Stage, StageError};
+use hvi_kit::{Artifact, Cancel, Ctx, Host, Stage, StageError};
 use hvi_md::lanes::Isa;
 use hvi_md::potential::{BuiltIn, Named};
 use hvi_md::{Md, Params, Phase, State, run};
 
 use std::collections::BTreeMap;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// 256 atoms, all else by default.
 fn params(volume_ratio: f64, temperature: f64) -> Params {
@@ -174,4 +176,47 @@ fn parameters_have_ranges() {
     assert_eq!(why(params(1.0, -5.0)).key, "temperature");
     assert_eq!(why(Params { time_step: Time::new(1e-12), ..params(1.0, 300.0) }).key, "time_step");
     assert_eq!(why(Params { longest: Time::new(1e-12), ..params(1.0, 300.0) }).key, "longest");
+}
+
+/// A host that asks for a stop at the given tick and keeps what is saved then.
+struct Stopper {
+    ticks: AtomicUsize,
+    at: usize,
+    cancel: Cancel,
+    kept: Mutex<Option<Vec<u8>>>,
+}
+impl Host for Stopper {
+    fn advance(&self, _: f64, _: f64, _: &str) {
+        if self.ticks.fetch_add(1, Ordering::Relaxed) + 1 == self.at {
+            self.cancel.set();
+        }
+    }
+    fn keep(&self, bytes: &[u8]) {
+        *self.kept.lock().unwrap() = Some(bytes.to_vec());
+    }
+    fn kept(&self) -> Option<Vec<u8>> {
+        self.kept.lock().unwrap().clone()
+    }
+}
+
+/// Stopped in the equilibration and while averaging, and gone on with: the bits of a straight run.
+#[test]
+fn resumed_runs_have_the_bits_of_straight_ones() {
+    let short = Params {
+        shortest: Time::new(0.6e-12),
+        longest: Time::new(2.4e-12),
+        equilibration: Time::new(0.3e-12),
+        target_error: Pressure::new(1e6),
+        ..params(1.3, 3000.0)
+    };
+    let straight = state(&short);
+    for at in [1, 3, 9, 14] {
+        let host = Stopper { ticks: AtomicUsize::new(0), at, cancel: Cancel::default(), kept: Mutex::new(None) };
+        let stopped =
+            run::state(&short, &BTreeMap::new(), Isa::best(), &Ctx { host: &host, cancel: &host.cancel, threads: 1 });
+        assert!(matches!(stopped, Err(StageError::Cancelled(_))) && host.kept().is_some(), "{at}");
+        let again = Ctx { host: &host, ..Ctx::quiet() };
+        let resumed = run::state(&short, &BTreeMap::new(), Isa::best(), &again).unwrap();
+        assert!(resumed.encode() == straight.encode(), "stopped at tick {at}");
+    }
 }
