@@ -7,7 +7,9 @@ mod suite {
     pub mod bad_input;
     pub mod cache;
     pub mod commands;
+    pub mod faults;
     pub mod language;
     pub mod project;
+    pub mod stops;
     pub mod tidy;
 }

@@ -1,4 +1,5 @@
 //! A throw-away folder with a pipeline, a store and results, and the program run in it.
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
@@ -61,4 +62,37 @@ fn collect(folder: &Path, all: &mut Vec<(PathBuf, Vec<u8>)>) {
             all.push((path.clone(), std::fs::read(&path).unwrap()));
         }
     }
+}
+
+/// Forty results that cost next to nothing.
+pub const MANY: &str = r#"
+[step.metal]
+use = "eos.handbook"
+mie_gruneisen = { density = "8930 kg/m3", sound_speed = "3940 m/s", slope = 1.5, gruneisen = 2.02, heat_capacity = "385 J/kg/K" }
+sweep = { "mie_gruneisen.slope" = "1.2 .. 1.6 in 40" }
+"#;
+
+/// A node that takes about a second.
+pub const SLOW: &str = r#"
+[step.slow]
+use = "impact"
+projectile = { shape = "sphere", diameter = "1 mm", material = "copper" }
+plate = { material = "copper", thickness = "0.5 mm", width = "3 mm" }
+cells = 8
+end = "3 us"
+velocity = "2 km/s"
+"#;
+
+/// Asserts how many results came from the store and how many were computed.
+#[track_caller]
+pub fn assert_counts(said: &Said, hits: usize, ran: usize) {
+    assert_eq!(said.code, 0, "{}", said.err);
+    assert!(said.err.contains(&format!("{hits} from the store, {ran} computed")), "{}", said.err);
+}
+
+/// Stored bytes by name.
+pub fn objects(project: &Project) -> BTreeMap<String, Vec<u8>> {
+    let named = |(path, bytes): (std::path::PathBuf, Vec<u8>)| (path.to_string_lossy().into_owned(), bytes);
+    let short = |(path, bytes): (String, Vec<u8>)| (path.rsplit("objects").next().unwrap().to_string(), bytes);
+    project.files("store/objects").into_iter().map(named).map(short).collect()
 }
