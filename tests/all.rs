@@ -5,6 +5,7 @@ mod build;
 
 mod suite {
     pub mod bad_input;
+    pub mod bits;
     pub mod cache;
     pub mod commands;
     pub mod faults;

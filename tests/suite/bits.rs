@@ -1,0 +1,164 @@
+//! The same bits from every stage: with one job and two, one thread and two, straight through and interrupted.
+use super::project::{Project, objects};
+use hvi_cache::Found;
+use hvi_flow::{execute, pipeline, plan, registry};
+use hvi_kit::{Cancel, Ctx, Digest, Host, Recipe, StageDef, StageError, Store};
+use std::collections::BTreeSet;
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+
+/// Every stage, each as cheap as it comes.
+const ALL: &str = r#"
+[step.states]
+use = "md"
+potential = "mishin-2001"
+atoms = 256
+equilibration = "0.3 ps"
+shortest = "0.3 ps"
+longest = "0.6 ps"
+sweep = { volume_ratio = "1.06 .. 0.7 in 7", temperature = ["300 K", "1500 K", "6000 K"] }
+[step.copper]
+use = "eos.gray"
+states = "@states[*]"
+[step.metal]
+use = "eos.handbook"
+set = "copper-royce"
+[step.hugoniot]
+use = "validate.hugoniot"
+eos = "@copper"
+states = "@states[*]"
+marsh = "DATA/cu_hugoniot_marsh1980.csv"
+database = "DATA/cu_hugoniot_shockwave_database.csv"
+[step.isotherm]
+use = "validate.isotherm"
+eos = "@copper"
+states = "@states[*]"
+data = "DATA/cu_isotherm_dewaele2004.csv"
+[step.hit]
+use = "impact"
+projectile = { shape = "sphere", material = "copper", eos = "@metal" }
+plate = { material = "copper", thickness = "2.5 mm", eos = "@metal" }
+cells = 2
+[step.hit.sweep]
+velocity = ["2 km/s", "3 km/s", "4 km/s", "5 km/s"]
+"projectile.diameter" = ["1.6 mm", "3.2 mm", "6.4 mm"]
+[step.quarter]
+use = "impact"
+projectile = { shape = "sphere", diameter = "1 mm", material = "copper" }
+plate = { material = "copper", thickness = "0.5 mm", width = "2 mm" }
+velocity = "3 km/s"
+space = "quarter"
+cells = 2
+end = "0.3 us"
+[step.film]
+use = "radiograph"
+run = "@quarter"
+width = 64
+[step.eta]
+use = "empirical.eta"
+runs = "@hit[*]"
+"#;
+
+fn study() -> String {
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("pipelines/data");
+    ALL.replace("DATA", data.to_str().unwrap())
+}
+
+#[test]
+fn every_stage_gives_the_same_bits_however_it_is_run() {
+    let (one, two) = (Project::new(&study()), Project::new(&study()));
+    for (project, jobs) in [(&one, "1"), (&two, "2")] {
+        let said = project.hvi(&["run", "study.toml", "--jobs", jobs]);
+        assert_eq!(said.code, 0, "{}", said.err);
+    }
+    assert!(objects(&one) == objects(&two), "one job and two");
+
+    let pipeline = pipeline::read(&one.path("study.toml"), &[]).unwrap();
+    let plan = plan::plan(&pipeline, &[]).unwrap();
+    let store = Store::open(one.path("store")).unwrap();
+    let (mut outputs, mut seen, mut resumed) = (Vec::new(), BTreeSet::new(), BTreeSet::new());
+    for id in 0..plan.nodes.len() {
+        let recipe = execute::recipe(&plan, id, &|need: usize| outputs.get(need).copied()).unwrap();
+        let Found::Whole(entry) = store.find(recipe.key()) else { panic!("{} is not in the store", plan.label(id)) };
+        outputs.push(entry.output);
+        let stage = plan.nodes[id].stage;
+        seen.insert(stage.name);
+        // The ends of each sweep are enough.
+        let nodes = plan.steps.iter().find(|step| step.nodes.contains(&id)).unwrap().nodes.clone();
+        if id == nodes.start || id + 1 == nodes.end {
+            let label = plan.label(id);
+            let (ticks, threaded) = straight(stage, &recipe, &store);
+            assert_eq!(threaded, entry.output, "{label} with two threads");
+            let (interruptions, output) = interrupted(stage, &recipe, &store, ticks / 4);
+            assert_eq!(output, entry.output, "{label} interrupted {interruptions} times");
+            if interruptions > 1 {
+                resumed.insert(stage.name);
+            }
+        }
+    }
+    let all: BTreeSet<_> = registry::STAGES.iter().map(|stage| stage.name).collect();
+    assert_eq!(seen, all, "every stage");
+    assert!(resumed.is_superset(&["md", "impact"].into()), "what takes long goes on from a checkpoint: {resumed:?}");
+}
+
+/// Stops a stage after a number of steps; its checkpoint is in the store.
+struct Stopper<'a> {
+    store: &'a Store,
+    key: Digest,
+    cancel: Cancel,
+    ticks: AtomicU32,
+    last: u32,
+    went_on: AtomicBool,
+}
+
+impl Stopper<'_> {
+    fn new<'a>(store: &'a Store, recipe: &Recipe, last: u32) -> Stopper<'a> {
+        let (ticks, went_on) = (AtomicU32::new(0), AtomicBool::new(false));
+        Stopper { store, key: recipe.key(), cancel: Cancel::default(), ticks, last, went_on }
+    }
+}
+
+impl Host for Stopper<'_> {
+    fn advance(&self, _: f64, _: f64, _: &str) {
+        if self.ticks.fetch_add(1, Ordering::Relaxed) + 1 == self.last {
+            self.cancel.set();
+        }
+    }
+    fn keep(&self, bytes: &[u8]) {
+        self.store.keep_partial(self.key, bytes).unwrap();
+    }
+    fn kept(&self) -> Option<Vec<u8>> {
+        let kept = self.store.partial(self.key)?;
+        self.went_on.store(true, Ordering::Relaxed);
+        Some(kept)
+    }
+}
+
+/// Steps of a straight run with two threads, and its output.
+fn straight(stage: &StageDef, recipe: &Recipe, store: &Store) -> (u32, Digest) {
+    let host = Stopper::new(store, recipe, u32::MAX);
+    let made = (stage.run)(recipe, store, &Ctx { host: &host, cancel: &host.cancel, threads: 2 });
+    (host.ticks.into_inner(), made.unwrap().output)
+}
+
+/// Stops a run after each `steps`, three times at most, with one thread and two in turn; how often it went on, and its
+/// output.
+fn interrupted(stage: &StageDef, recipe: &Recipe, store: &Store, steps: u32) -> (u32, Digest) {
+    let mut went_on = 0;
+    for attempt in 0..4 {
+        let last = if attempt < 3 { steps } else { u32::MAX };
+        let host = Stopper::new(store, recipe, last);
+        let threads = 1 + attempt % 2;
+        let made = (stage.run)(recipe, store, &Ctx { host: &host, cancel: &host.cancel, threads });
+        went_on += u32::from(host.went_on.into_inner());
+        match made {
+            Ok(made) => {
+                store.drop_partial(recipe.key());
+                return (went_on, made.output);
+            }
+            Err(StageError::Cancelled(_)) => {}
+            Err(e) => panic!("{}: {e}", stage.name),
+        }
+    }
+    unreachable!("the last attempt is not stopped")
+}
