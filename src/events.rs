@@ -1,5 +1,6 @@
 //! What happens in a run, as it happens; `console.rs` shows it.
 use crate::plan::{NodeId, Plan};
+use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::Serialize;
 
 /// One thing that happened to one node.
@@ -12,7 +13,7 @@ pub struct Event {
 }
 
 /// What happened to a node.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 #[serde(tag = "event", rename_all = "lowercase")]
 pub enum What {
     /// The result was in the store.
@@ -62,7 +63,7 @@ pub enum What {
 }
 
 /// One line of `run --json`.
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Line<'a> {
     /// Something happened to a node.
@@ -72,7 +73,7 @@ pub enum Line<'a> {
 }
 
 /// Something that happened to a node.
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 pub struct NodeLine<'a> {
     /// Seconds since the run began.
     pub time: f64,
@@ -84,7 +85,7 @@ pub struct NodeLine<'a> {
 }
 
 /// The run as a whole: its first line and its last.
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 #[serde(tag = "event", rename_all = "lowercase")]
 pub enum RunLine<'a> {
     /// The first line.
@@ -113,6 +114,11 @@ pub enum RunLine<'a> {
     },
 }
 
+/// JSON schema of a line of `run --json`.
+pub fn schema() -> Schema {
+    SchemaGenerator::default().into_root_schema_for::<Line<'_>>()
+}
+
 /// Whoever listens to a run.
 pub trait Listener: Sync {
     /// Something happened; called from the coordinator and from workers.
@@ -124,4 +130,22 @@ pub trait Listener: Sync {
 
 impl Listener for () {
     fn on(&self, _: &Plan, _: &Event) {}
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The schema names every event, and what is written fits it: the tag and the keys of the variant.
+    #[test]
+    fn lines_fit_the_schema() {
+        let schema = serde_json::to_string(&schema()).unwrap();
+        let what = What::Progress { share: 0.5, doing: "stepping".into() };
+        let line = serde_json::to_value(Line::Node(NodeLine { time: 1.0, node: "a", what: &what })).unwrap();
+        let keys: Vec<&String> = line.as_object().unwrap().keys().collect();
+        assert_eq!(keys, ["doing", "event", "node", "share", "time"]);
+        for event in ["began", "hit", "waiting", "started", "resumed", "progress", "ran", "retrying", "ended"] {
+            assert!(schema.contains(&format!("\"const\":\"{event}\"")), "{event}: {schema}");
+        }
+    }
 }

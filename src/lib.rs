@@ -22,6 +22,7 @@
 //! | `forecast.rs`, `history.rs` | what a run would do and why; what earlier runs did |
 //! | `events.rs`, `console.rs` | what happens, and how it is shown |
 //! | `outputs.rs`, `report.rs`, `report.html`, `figure.rs`, `hdf5_table.rs` | what people get: page, CSV, SVG, PNG, HDF5 |
+//! | `amount.rs` | times and sizes as people write them |
 //! | `mistake.rs` | wrong input, shown with line and mark |
 //!
 //! Invariants: `src/` has no formula; a stage sees no file, clock or environment, and its answer has the same bits for any
@@ -30,6 +31,7 @@
 //!
 //! Glossary: *step*, a `[step.NAME]` of a pipeline; *point*, one combination of a step's sweep; *node*, one computation;
 //! *port*, a named input of a stage; *recipe*, what identifies a computation; *record*, what came of it.
+pub mod amount;
 pub mod cli;
 pub mod commands;
 pub mod console;

@@ -1,4 +1,5 @@
 //! A pipeline file as written: TOML -> steps with their sweeps, `include`, `--set` and `[material.NAME]` applied.
+use crate::amount;
 use crate::mistake::{At, Mistake, Source};
 use crate::registry;
 use crate::sweep::{self, Point};
@@ -6,6 +7,7 @@ use crate::value::{self, Key, Node, Table, Value};
 use hvi_kit::StageDef;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
+use std::time::Duration;
 
 /// A pipeline: what to run, before references are resolved.
 pub struct Pipeline {
@@ -24,8 +26,12 @@ pub struct Pipeline {
 /// `[run]`.
 #[derive(Clone, Debug, Default)]
 pub struct Settings {
-    /// Nodes that run at once.
+    /// Threads at work at once.
     pub jobs: Option<usize>,
+    /// Memory that nodes at work may ask for together [B].
+    pub memory: Option<u64>,
+    /// The longest that one node may take.
+    pub timeout: Option<Duration>,
 }
 
 /// One `[step.NAME]`.
@@ -160,9 +166,13 @@ impl Raw {
             match (key.text.as_str(), &value.node) {
                 ("jobs", Node::Integer(n)) if (1..=4096).contains(n) => self.settings.jobs = Some(*n as usize),
                 ("jobs", _) => return Err(Mistake::new("`jobs` is a whole number, 1 to 4096").at(&value.at, "here")),
+                ("memory", _) => self.settings.memory = Some(amount(value, "a size: memory = \"8 GB\"", amount::size)?),
+                ("timeout", _) => {
+                    self.settings.timeout = Some(amount(value, "a time: timeout = \"10 min\"", amount::time)?);
+                }
                 (other, _) => {
                     let mistake = Mistake::new(format!("unknown key `{other}` in [run]")).at(&key.at, "not known here");
-                    return Err(mistake.nearest(other, ["jobs"]));
+                    return Err(mistake.nearest(other, ["jobs", "memory", "timeout"]));
                 }
             }
         }
@@ -264,6 +274,12 @@ impl Raw {
         }
         table
     }
+}
+
+/// A setting of `[run]` that is a text with a unit.
+fn amount<T>(value: &Value, expected: &str, read: fn(&str) -> Result<T, String>) -> Result<T, Mistake> {
+    let text = value.text(expected)?;
+    read(text).map_err(|why| Mistake::new(format!("`{text}`: {why}")).at(&value.at, "here"))
 }
 
 /// `KEY` of `STEP.KEY=VALUE`.

@@ -5,7 +5,7 @@ use crate::events::{Line, RunLine};
 use crate::execute::{self, Options, Outcome, Report};
 use crate::pipeline::Pipeline;
 use crate::plan::Plan;
-use crate::{history, outputs};
+use crate::{amount, history, outputs};
 use hvi_kit::{Cancel, Store};
 use std::process::ExitCode;
 use std::time::Duration;
@@ -30,10 +30,11 @@ pub struct Args {
     #[arg(long, value_name = "TIMES", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=100))]
     retry: u32,
     /// The longest one node may take, such as 90s, 10min or 2h: it is stopped, and what it kept lets it go on later
-    #[arg(long, value_name = "TIME", value_parser = time)]
+    /// [default: `timeout` in [run], else no limit]
+    #[arg(long, value_name = "TIME", value_parser = amount::time)]
     timeout: Option<Duration>,
     /// How long a node goes on before it keeps what it needs to go on from there
-    #[arg(long, value_name = "TIME", value_parser = time, default_value = "10s")]
+    #[arg(long, value_name = "TIME", value_parser = amount::time, default_value = "10s")]
     checkpoint: Duration,
     /// One JSON object a line on standard output for everything that happens
     #[arg(long)]
@@ -44,31 +45,17 @@ pub struct Args {
 }
 
 impl Args {
-    fn options<'a>(&self, jobs: usize, cancel: &'a Cancel, listener: &'a Console) -> Options<'a> {
+    fn options<'a>(&self, pipeline: &Pipeline, jobs: usize, cancel: &'a Cancel, listener: &'a Console) -> Options<'a> {
+        let usual = Options::new(jobs, cancel, listener);
         Options {
+            memory: pipeline.settings.memory.unwrap_or(usual.memory),
             keep_going: self.keep_going,
             retry: self.retry,
-            timeout: self.timeout,
+            timeout: self.timeout.or(pipeline.settings.timeout),
             checkpoint: self.checkpoint,
-            ..Options::new(jobs, cancel, listener)
+            ..usual
         }
     }
-}
-
-/// A time as written on the command line: `90s`, `10min`, `2h`.
-fn time(text: &str) -> Result<Duration, String> {
-    let text = text.trim();
-    let (number, unit) = text.split_at(text.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(text.len()));
-    let scale = match unit.trim() {
-        "ms" => 1e-3,
-        "s" => 1.0,
-        "min" => 60.0,
-        "h" => 3600.0,
-        "d" => 86400.0,
-        _ => return Err("expected a number with one of ms, s, min, h, d, as in 10min".into()),
-    };
-    let seconds = number.parse::<f64>().map_err(|e| e.to_string())? * scale;
-    Duration::try_from_secs_f64(seconds).map_err(|e| e.to_string())
 }
 
 /// Runs the study.
@@ -93,7 +80,7 @@ pub fn run(args: &Args) -> Done {
     if mode == Mode::Json {
         console::json(&Line::Run(RunLine::Began { study: &pipeline.name, nodes: plan.nodes.len(), jobs }));
     }
-    let report = execute::execute(&plan, &store, &args.options(jobs, cancel, &console))?;
+    let report = execute::execute(&plan, &store, &args.options(&pipeline, jobs, cancel, &console))?;
     console.finish();
     store.notices().iter().for_each(|text| warn(format_args!("{text}")));
     let written = outputs::write(&pipeline, &plan, &report, &store, &folder)

@@ -70,9 +70,12 @@ fn a_signal_keeps_what_was_done() {
 #[test]
 fn a_node_out_of_time_fails_and_goes_on_later() {
     let project = Project::new(SLOW);
-    let said = project.hvi(&["run", "study.toml", "--timeout", "150ms"]);
-    assert_eq!(said.code, 1, "{}", said.err);
-    assert!(said.err.contains("FAILED slow: stopped after 0.1 s, its --timeout"), "{}", said.err);
+    project.write("hurry.toml", &format!("[run]\ntimeout = \"200 ms\"\n{SLOW}"));
+    for run in [&["run", "study.toml", "--timeout", "200ms"][..], &["run", "hurry.toml"]] {
+        let said = project.hvi(run);
+        assert_eq!(said.code, 1, "{}", said.err);
+        assert!(said.err.contains("FAILED slow: stopped after 0.2 s, its --timeout"), "{}", said.err);
+    }
     assert_goes_on(&project, &straight());
     assert_eq!(project.hvi(&["run", "study.toml", "--timeout", "soon"]).code, 2);
 }
