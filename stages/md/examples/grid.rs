@@ -3,7 +3,7 @@ use hvi_kit::units::{Pressure, Temperature, Time};
 use hvi_kit::{Ctx, Stage};
 use hvi_md::lanes::Isa;
 use hvi_md::potential::{BuiltIn, Named};
-use hvi_md::{Md, Params, Phase, run};
+use hvi_md::{By, Md, Params, Phase, run};
 use std::collections::BTreeMap;
 
 fn main() {
@@ -15,6 +15,7 @@ fn main() {
     for v in 0..15 {
         for t in 0..10 {
             let params = Params {
+                engine: By::Native,
                 potential: Named::BuiltIn(BuiltIn::Mishin2001),
                 atoms: arg(1, 500.0) as u32,
                 volume_ratio: 1.06 - 0.03 * f64::from(v),

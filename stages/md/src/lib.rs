@@ -3,11 +3,13 @@
 //! `params.rs` what is asked; `run.rs` a run from beginning to end; `state.rs` what comes out; `potential/` formulas, one
 //! file each; `table.rs` the same as tables; `lattice.rs` the crystal at rest; `lanes/` eight doubles at a time;
 //! `neighbor.rs` who is near whom; `force.rs` energy and forces; `system.rs` the atoms and their motion (`system/snapshot.rs` as bytes); `thermostat.rs`
-//! the heat bath; `barostat.rs` walls under pressure; `averaging.rs` means and errors; `order.rs` solid or liquid; `fault.rs` what can go wrong.
+//! the heat bath; `barostat.rs` walls under pressure; `averaging.rs` means and errors; `order.rs` solid or liquid; `lammps.rs` the same by LAMMPS;
+//! `sampled.rs` from samples to a state; `fault.rs` what can go wrong.
 pub mod averaging;
 pub mod barostat;
 mod fault;
 mod force;
+pub mod lammps;
 pub mod lanes;
 pub mod lattice;
 mod neighbor;
@@ -16,19 +18,21 @@ mod params;
 pub mod potential;
 mod random;
 pub mod run;
+mod sampled;
 mod state;
 mod system;
 mod table;
 mod thermostat;
 pub mod units;
 pub use fault::Fault;
-pub use params::Params;
+pub use params::{By, Params};
 pub use potential::{Named, Potential};
 pub use state::{Phase, State};
 pub use system::{Snapshot, System};
 pub use table::Tables;
 pub use thermostat::Chain;
 
+use hvi_kit::engine::Engine;
 use hvi_kit::{Ctx, File, Invalid, Needs, Places, Stage, StageError};
 use std::collections::BTreeMap;
 
@@ -66,7 +70,14 @@ impl Stage for Md {
         params.needs()
     }
 
+    fn engine(params: &Params) -> Option<&'static Engine> {
+        (params.engine == By::Lammps).then_some(&lammps::ENGINE)
+    }
+
     fn run(params: &Params, inputs: Inputs, ctx: &Ctx<'_>) -> Result<State, StageError> {
-        run::state(params, &inputs.file.0, lanes::Isa::best(), ctx)
+        match params.engine {
+            By::Native => run::state(params, &inputs.file.0, lanes::Isa::best(), ctx),
+            By::Lammps => lammps::state(params, &inputs.file.0, ctx),
+        }
     }
 }

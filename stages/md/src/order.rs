@@ -1,6 +1,5 @@
 //! Solid or liquid: translational order against the lattice, and how far atoms are from their sites.
 use crate::lattice;
-use crate::system::System;
 use hvi_kit::math::{cos, sin};
 use serde::{Deserialize, Serialize};
 
@@ -24,13 +23,14 @@ pub struct Order {
 }
 
 impl Order {
-    /// The structure of `system`, which started as a lattice of cubic edge `lattice` [angstrom].
-    pub fn of(system: &System, lattice: f64) -> Order {
-        let atoms = system.atoms() as f64;
-        let translational = bragg(system.positions(), lattice) / (atoms * atoms);
+    /// The structure of atoms at `positions` in any order, `ways` off their sites, which are a lattice of cubic edge
+    /// `lattice` (all in angstrom).
+    pub fn of(positions: &[[f64; 3]], ways: &[[f64; 3]], lattice: f64) -> Order {
+        let atoms = positions.len() as f64;
+        let translational = bragg(positions.iter().copied(), lattice) / (atoms * atoms);
         let nearest2 = lattice::NEAREST * lattice::NEAREST * lattice * lattice;
         let (mut sum, mut most) = (0.0, 0.0f64);
-        for d in system.displacements() {
+        for d in ways {
             let square = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
             sum += square;
             most = most.max(square);

@@ -1,7 +1,8 @@
 //! What is asked of a run.
+use crate::lattice;
 use crate::potential::{Named, Potential, Structure};
+use crate::sampled::{Asked, LEAST_SAMPLES};
 use crate::system::LEAST_SKIN;
-use crate::{lattice, run};
 use hvi_kit::math::cbrt;
 use hvi_kit::units::{Pressure, Temperature, Time};
 use hvi_kit::{File, Invalid, Needs};
@@ -9,10 +10,24 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
+/// What computes a state.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum By {
+    /// This program.
+    #[default]
+    Native,
+    /// LAMMPS, as the program `lmp`.
+    Lammps,
+}
+
 /// Parameters of the stage `md`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
+    /// What computes it: this program's own kernels, or LAMMPS.
+    #[serde(default)]
+    pub engine: By,
     /// How atoms act on each other: the name of a built-in potential, or `{ file = "Cu_u3.eam", format = "funcfl" }` with
     /// the format `funcfl`, `setfl` or `eam/fs` and, where the file has several, the `element`.
     pub potential: Named,
@@ -94,7 +109,7 @@ impl Params {
         within("time_step", self.time_step.si(), 1e-16, 1e-14, "it must be 0.1 fs to 10 fs")?;
         within("equilibration", self.equilibration.si(), 0.0, 1e-9, "it must be 0 to 1 ns")?;
         within("target_error", self.target_error.si(), 1e5, 1e12, "it must be 0.0001 GPa to 1000 GPa")?;
-        let least = run::LEAST_SAMPLES as f64 * self.time_step.si();
+        let least = LEAST_SAMPLES as f64 * self.time_step.si();
         within("shortest", self.shortest.si(), least, 1e-8, &format!("it must be {least:e} s (50 steps) to 10 ns"))?;
         within("longest", self.longest.si(), self.shortest.si(), 1e-8, "it must be from `shortest` to 10 ns")?;
         match &self.potential {
@@ -167,6 +182,20 @@ impl Params {
         let atom = 300.0 + 1600.0 / self.volume_ratio;
         let sample = 100.0;
         Needs { threads: 1, memory: (4e6 + atom * f64::from(self.atoms) + sample * steps) as u64 }
+    }
+
+    /// The state that is asked for.
+    ///
+    /// # Errors
+    /// As [`Params::potential`].
+    pub fn asked(&self, files: &BTreeMap<String, File>) -> Result<Asked<'_>, Invalid> {
+        let (potential, ground) = self.potential(files)?;
+        Ok(Asked { params: self, potential, ground, lattice: ground * cbrt(self.volume_ratio) })
+    }
+
+    /// Steps that `time` is.
+    pub fn steps(&self, time: Time) -> usize {
+        (time.si() / self.time_step.si()).round() as usize
     }
 
     /// Predicted core-seconds, for AVX-512 at about 3 GHz.

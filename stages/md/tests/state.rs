@@ -3,7 +3,7 @@ use hvi_kit::units::{Pressure, Temperature, Time};
 use hvi_kit::{Artifact, Cancel, Ctx, Host, Stage, StageError};
 use hvi_md::lanes::Isa;
 use hvi_md::potential::{BuiltIn, Named};
-use hvi_md::{Md, Params, Phase, State, run};
+use hvi_md::{By, Md, Params, Phase, State, run};
 
 use std::collections::BTreeMap;
 use std::sync::Mutex;
@@ -12,6 +12,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// 256 atoms, all else by default.
 fn params(volume_ratio: f64, temperature: f64) -> Params {
     Params {
+        engine: By::Native,
         potential: Named::BuiltIn(BuiltIn::Mishin2001),
         atoms: 256,
         volume_ratio,

@@ -5,10 +5,12 @@
 pub mod file;
 mod mishin_2001;
 mod named;
+mod setfl;
 pub mod spline;
 mod zhou_2004;
 pub use file::{Format, Malformed, Tabulated};
 pub use named::{BuiltIn, FromFile, Named, Unreadable};
+pub use setfl::setfl;
 use std::sync::{Arc, OnceLock};
 
 /// An embedded-atom potential. Lengths in angstrom, energies in eV.

@@ -13,6 +13,8 @@ pub struct Spline {
     pub step: f64,
     /// Piece k on `[k, k+1)` steps: ascending powers of the way from knot k, in steps.
     pub pieces: Vec<[f64; 4]>,
+    /// Value on the last knot.
+    last: f64,
 }
 
 impl Spline {
@@ -30,7 +32,12 @@ impl Spline {
             let (rise, a, b) = (v(k + 1) - v(k), slope(k), slope(k + 1));
             [v(k), a, 3.0 * rise - 2.0 * a - b, a + b - 2.0 * rise]
         };
-        Spline { step, pieces: (0..last).map(piece).collect() }
+        Spline { step, pieces: (0..last).map(piece).collect(), last: v(last) }
+    }
+
+    /// Values on the knots.
+    pub fn values(&self) -> Vec<f64> {
+        self.pieces.iter().map(|c| c[0]).chain([self.last]).collect()
     }
 
     /// Where the last piece ends.
