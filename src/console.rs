@@ -92,7 +92,7 @@ impl Listener for Console {
         }
         let mut inner = self.inner();
         let Inner { tally, bars, last_line } = &mut *inner;
-        tally.note(event);
+        tally.note(plan, event);
         match bars {
             Some(bars) => {
                 bars.note(plan, event, tally);
@@ -111,8 +111,8 @@ impl Listener for Console {
         }
     }
 
-    fn outlook(&self, seconds: &[f64]) {
-        self.inner().tally.outlook(seconds);
+    fn outlook(&self, plan: &Plan, seconds: &[f64]) {
+        self.inner().tally.outlook(plan, seconds);
     }
 }
 
@@ -148,16 +148,33 @@ struct Tally {
     settled: usize,
     /// Core-seconds foretold, by node; empty while nothing had to run.
     foretold: Vec<f64>,
-    /// Those of nodes neither settled nor at work.
-    open: f64,
-    /// Those of nodes that ran, and the core-seconds that they took.
-    ran: (f64, f64),
+    /// By stage: how far off one's foresight was says nothing of another's.
+    stages: BTreeMap<&'static str, OfStage>,
     running: BTreeMap<NodeId, Running>,
+}
+
+/// Core-seconds of one stage.
+#[derive(Default)]
+struct OfStage {
+    /// Foretold for nodes neither settled nor at work.
+    open: f64,
+    /// Foretold for nodes that ran.
+    foretold: f64,
+    /// What those took.
+    took: f64,
+}
+
+impl OfStage {
+    /// What was over what was foretold.
+    fn scale(&self) -> f64 {
+        if self.foretold > 0.0 { self.took / self.foretold } else { 1.0 }
+    }
 }
 
 /// A node at work.
 struct Running {
     since: Instant,
+    stage: &'static str,
     threads: usize,
     foretold: f64,
     /// When it told of its progress first and last, and the shares done then.
@@ -179,26 +196,33 @@ impl Running {
 
 impl Tally {
     fn new(nodes: usize, jobs: usize) -> Tally {
-        let (is_settled, running) = (vec![false; nodes], BTreeMap::new());
-        Tally { jobs, is_settled, settled: 0, foretold: Vec::new(), open: 0.0, ran: (0.0, 0.0), running }
+        let is_settled = vec![false; nodes];
+        Tally { jobs, is_settled, settled: 0, foretold: Vec::new(), stages: BTreeMap::new(), running: BTreeMap::new() }
     }
 
-    fn outlook(&mut self, seconds: &[f64]) {
+    fn outlook(&mut self, plan: &Plan, seconds: &[f64]) {
         self.foretold = seconds.to_vec();
-        self.open = seconds.iter().sum();
+        for (node, seconds) in plan.nodes.iter().zip(seconds) {
+            self.stages.entry(node.stage.name).or_default().open += seconds;
+        }
     }
 
     fn foretold(&self, id: NodeId) -> f64 {
         self.foretold.get(id).copied().unwrap_or(0.0)
     }
 
-    fn note(&mut self, event: &Event) {
+    fn of_stage(&mut self, plan: &Plan, id: NodeId) -> &mut OfStage {
+        self.stages.entry(plan.nodes[id].stage.name).or_default()
+    }
+
+    fn note(&mut self, plan: &Plan, event: &Event) {
         let id = event.node;
+        let foretold = self.foretold(id);
         match &event.what {
             What::Started { threads } => {
-                let foretold = self.foretold(id);
-                self.open -= foretold;
-                self.running.insert(id, Running { since: Instant::now(), threads: *threads, foretold, told: None });
+                self.of_stage(plan, id).open -= foretold;
+                let (since, stage) = (Instant::now(), plan.nodes[id].stage.name);
+                self.running.insert(id, Running { since, stage, threads: *threads, foretold, told: None });
             }
             What::Progress { share, .. } => {
                 if let Some(running) = self.running.get_mut(&id) {
@@ -208,24 +232,25 @@ impl Tally {
             }
             What::Retrying { .. } => {
                 self.running.remove(&id);
-                self.open += self.foretold(id);
+                self.of_stage(plan, id).open += foretold;
             }
             What::Hit | What::Ran { .. } | What::Failed { .. } | What::Skipped { .. } | What::Cancelled => {
-                self.settle(event);
+                self.settle(plan, event, foretold);
             }
             What::Damaged | What::Waiting | What::Resumed => {}
         }
     }
 
-    fn settle(&mut self, event: &Event) {
+    fn settle(&mut self, plan: &Plan, event: &Event, foretold: f64) {
         let id = event.node;
         match (self.running.remove(&id), &event.what) {
             (Some(running), What::Ran { seconds }) => {
-                self.ran.0 += running.foretold;
-                self.ran.1 += seconds * running.threads as f64;
+                let stage = self.of_stage(plan, id);
+                stage.foretold += foretold;
+                stage.took += seconds * running.threads as f64;
             }
-            (Some(_), _) => {}
-            (None, _) => self.open -= self.foretold(id),
+            (None, _) if foretold > 0.0 => self.of_stage(plan, id).open -= foretold,
+            _ => {}
         }
         // A result that was lost in the store is settled twice.
         if !std::mem::replace(&mut self.is_settled[id], true) {
@@ -235,9 +260,10 @@ impl Tally {
 
     /// Wall seconds left: what runs by its own progress, the rest as foretold, scaled by how that did so far.
     fn left(&self) -> f64 {
-        let scale = if self.ran.0 > 0.0 { self.ran.1 / self.ran.0 } else { 1.0 };
-        let running = || self.running.values().map(|r| (r.left(scale), r.threads as f64));
-        let core_seconds = self.open.max(0.0) * scale + running().map(|(left, threads)| left * threads).sum::<f64>();
+        let scale = |stage: &str| self.stages.get(stage).map_or(1.0, OfStage::scale);
+        let running = || self.running.values().map(|r| (r.left(scale(r.stage)), r.threads as f64));
+        let open: f64 = self.stages.values().map(|stage| stage.open.max(0.0) * stage.scale()).sum();
+        let core_seconds = open + running().map(|(left, threads)| left * threads).sum::<f64>();
         running().map(|(left, _)| left).fold(core_seconds / self.jobs as f64, f64::max)
     }
 }

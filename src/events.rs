@@ -125,7 +125,7 @@ pub trait Listener: Sync {
     fn on(&self, plan: &Plan, event: &Event);
 
     /// Not all is in the store: `seconds` are the core-seconds foretold for each node that isn't settled, 0 for the others.
-    fn outlook(&self, _seconds: &[f64]) {}
+    fn outlook(&self, _plan: &Plan, _seconds: &[f64]) {}
 }
 
 impl Listener for () {

@@ -87,6 +87,19 @@ pub struct Report {
     pub hold: Option<InUse>,
 }
 
+impl Report {
+    /// This report, of a run that came after `earlier`: what that one computed counts as computed.
+    pub fn after(mut self, earlier: &Report) -> Report {
+        for (now, then) in self.outcomes.iter_mut().zip(&earlier.outcomes) {
+            if let (Outcome::Hit(entry), Outcome::Ran(_)) = (&*now, then) {
+                *now = Outcome::Ran(*entry);
+            }
+        }
+        self.seconds += earlier.seconds;
+        self
+    }
+}
+
 /// The recipe of a node, once the outputs of all it needs are known.
 pub fn recipe(plan: &Plan, id: NodeId, output: &dyn Fn(NodeId) -> Option<Digest>) -> Option<Recipe> {
     let node = &plan.nodes[id];

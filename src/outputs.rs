@@ -115,6 +115,8 @@ pub fn write(pipeline: &Pipeline, plan: &Plan, run: &Report, store: &Store, fold
     let mut keys = old.keys;
     let known = (0..plan.nodes.len()).filter(|&id| run.outcomes[id].entry().is_some());
     keys.extend(known.filter_map(|id| Some((plan.label(id), run.keys[id]?))));
+    // What could not be read is written next time, though the study is the same.
+    let study = if unreadable.is_empty() { study } else { String::new() };
     let manifest = Manifest { pipeline: full(&pipeline.path), study, files: writer.files, keys };
     publish(&folder.join(MANIFEST), &serde_json::to_vec(&manifest)?)?;
     Ok(Written { page, unreadable })

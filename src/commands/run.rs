@@ -80,11 +80,20 @@ pub fn run(args: &Args) -> Done {
     if mode == Mode::Json {
         console::json(&Line::Run(RunLine::Began { study: &pipeline.name, nodes: plan.nodes.len(), jobs }));
     }
-    let report = execute::execute(&plan, &store, &args.options(&pipeline, jobs, cancel, &console))?;
-    console.finish();
-    store.notices().iter().for_each(|text| warn(format_args!("{text}")));
-    let written = outputs::write(&pipeline, &plan, &report, &store, &folder)
-        .map_err(|e| Stop::Machine(format!("can't write results to {}: {e}", folder.display())))?;
+    let options = args.options(&pipeline, jobs, cancel, &console);
+    let write = |report: &Report| {
+        console.finish();
+        store.notices().iter().for_each(|text| warn(format_args!("{text}")));
+        outputs::write(&pipeline, &plan, report, &store, &folder)
+            .map_err(|e| Stop::Machine(format!("can't write results to {}: {e}", folder.display())))
+    };
+    let mut report = execute::execute(&plan, &store, &options)?;
+    let mut written = write(&report)?;
+    if !written.unreadable.is_empty() {
+        // What was damaged has been moved aside by now: the same run makes it again.
+        report = execute::execute(&plan, &store, &options)?.after(&report);
+        written = write(&report)?;
+    }
     note(&store, &pipeline, &plan, &report);
     let counts = Counts::of(&report);
     match mode {

@@ -178,7 +178,7 @@ impl<'a> Coordinator<'a> {
     fn queue(&mut self) {
         if self.ways.is_empty() && !self.missed.is_empty() {
             let seconds = self.foretell();
-            self.options.listener.outlook(&seconds);
+            self.options.listener.outlook(self.plan, &seconds);
             self.ways = self.graph.longest_ways(&seconds);
         }
         for id in std::mem::take(&mut self.missed) {
@@ -364,7 +364,7 @@ impl<'a> Coordinator<'a> {
             id,
             match &outcome {
                 Outcome::Hit(_) => What::Hit,
-                Outcome::Ran(entry) => What::Ran { seconds: f64::from(entry.wall_s) },
+                Outcome::Ran(entry) => What::Ran { seconds: (f64::from(entry.wall_s) * 1e6).round() * 1e-6 },
                 Outcome::Failed(why) => What::Failed { why: why.clone() },
                 Outcome::Skipped(why) => What::Skipped { why: why.clone() },
                 Outcome::Cancelled => What::Cancelled,
