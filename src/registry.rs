@@ -4,6 +4,7 @@ use hvi_kit::StageDef;
 /// All stages.
 pub static STAGES: &[StageDef] = &[
     StageDef::of::<hvi_md::Md>(),
+    StageDef::of::<hvi_md::TwoPhases>(),
     StageDef::of::<hvi_eos::fit::Fitting>(),
     StageDef::of::<hvi_eos::handbook::Handbook>(),
     StageDef::of::<hvi_validate::hugoniot::Hugoniot>(),

@@ -16,12 +16,15 @@ pub(crate) fn views(result: &EosResult) -> Vec<View> {
         views.push(View::Table(correlations(fit)));
         views.push(View::Table(worst(fit)));
         views.push(View::Table(implied(fit, is_copper(&result.eos))));
+        if !fit.melting.is_empty() {
+            views.push(View::Table(melting_points(fit, &result.eos)));
+        }
         views.push(View::Figure(isotherms(fit)));
         views.push(View::Figure(misfit(fit)));
     }
     views.push(View::Figure(compression(&result.eos)));
     if let Eos::Gray(gray) = &result.eos {
-        views.push(View::Figure(melting(gray, &result.eos)));
+        views.push(View::Figure(melting(gray, result)));
     }
     views
 }
@@ -143,11 +146,13 @@ fn implied(fit: &FitReport, copper: bool) -> Table {
         cells
     };
     let mut columns = vec!["", "unit", "here"];
-    let mut note = String::from(
+    let mut note = String::from(if fit.melting.is_empty() {
         "T_m comes mainly from the liquid's energy at a fixed entropy of melting (`melting_entropy`, 1.16 R unless set), so it stands for \
          the latent heat, and need not put melting where the states' own metal melts. Its +- is statistical, at that entropy; the \
-         model's own error is what the reference columns show, and is larger.",
-    );
+         model's own error is what the reference columns show, and is larger."
+    } else {
+        "T_m and the entropy of melting are fitted to crystal and melt in one cell and to the melt's energy: see the melting points."
+    });
     if copper {
         columns.extend(["experiment", "potential of Mishin et al."]);
         note += " Experiment: 1358 K by ITS-90, 13.26 kJ/mol by NIST-JANAF, the Hugoniot by X-ray absorption (arXiv:2503.01939). \
@@ -159,6 +164,28 @@ fn implied(fit: &FitReport, copper: bool) -> Table {
         columns: columns.into_iter().map(|c| (c.to_string(), String::new())).collect(),
         rows: fit.landmarks.iter().map(row).collect(),
         note,
+    }
+}
+
+/// The melting points, beside what the model says at their volumes.
+fn melting_points(fit: &FitReport, eos: &Eos) -> Table {
+    let v0 = eos.reference_volume();
+    let row = |(m, model): &(crate::fit::MeltingPoint, f64)| -> Vec<Cell> {
+        let known = Cell::Uncertain(m.temperature, m.error);
+        vec![(m.pressure / 1e9).into(), (m.solid / v0).into(), (m.liquid / v0).into(), known, (*model).into()]
+    };
+    let columns = [("pressure", "GPa"), ("V/V0 crystal", ""), ("V/V0 melt", ""), ("two phases", "K"), ("model", "K")];
+    let entropy = fit.parameters.iter().find(|p| p.symbol == "Delta S");
+    let entropy =
+        entropy.map_or_else(String::new, |p| format!(" Delta S {:.2} +- {:.2} R.", p.value, p.quoted_error()));
+    Table {
+        title: "Melting points".into(),
+        columns: columns.map(|(name, unit)| (name.into(), unit.into())).into(),
+        rows: fit.melting.iter().map(row).collect(),
+        note: format!(
+            "Model: mean of where it begins to melt at the crystal's volume and has molten at the melt's. The shape of T_m(V) is \
+             Lindemann's law with gamma0 and a of the pressure fit; only its height is fitted.{entropy}"
+        ),
     }
 }
 
@@ -278,7 +305,8 @@ fn compression(eos: &Eos) -> Figure {
 }
 
 /// Melting band and Hugoniot in the pressure-temperature plane.
-fn melting(gray: &Gray, eos: &Eos) -> Figure {
+fn melting(gray: &Gray, result: &EosResult) -> Figure {
+    let eos = &result.eos;
     let v0 = eos.reference_volume();
     let border = |k: usize| {
         (0..=120)
@@ -292,6 +320,12 @@ fn melting(gray: &Gray, eos: &Eos) -> Figure {
         .map(|s| (s.pressure / 1e9, s.temperature))
         .take_while(|p| p.0 <= 400.0)
         .collect();
+    let known = result.fit.as_ref().filter(|f| !f.melting.is_empty()).map(|f| Series {
+        label: "crystal and melt in one cell".into(),
+        style: Style::Dots,
+        points: f.melting.iter().map(|(m, _)| (m.pressure / 1e9, m.temperature)).collect(),
+        errors: f.melting.iter().map(|(m, _)| m.error).collect(),
+    });
     Figure {
         title: "Melting and Hugoniot".into(),
         x: Axis::linear("pressure", "GPa"),
@@ -300,7 +334,10 @@ fn melting(gray: &Gray, eos: &Eos) -> Figure {
             Series::new("melting begins", Style::Line, border(0)),
             Series::new("melting ends", Style::Dashed, border(1)),
             Series::new("Hugoniot", Style::Line, hugoniot),
-        ],
+        ]
+        .into_iter()
+        .chain(known)
+        .collect(),
         note: "The melting band has a width in GRAY: an isochore melts over a range of temperature.".into(),
     }
 }

@@ -18,6 +18,8 @@ pub enum Shape {
     Kept,
     /// Each edge by itself, at right angles: for crystals in a box with two phases, whose stress must be the same along all axes.
     Free,
+    /// The edge along z only.
+    Along,
 }
 
 /// The walls of a box under pressure.
@@ -45,7 +47,7 @@ impl Walls {
     /// With a heat bath at `thermal` = k_B T [eV] of response time `time` [ps].
     pub fn with_bath(mut self, thermal: f64, time: f64) -> Walls {
         let freedom = match self.shape {
-            Shape::Kept => 1.0,
+            Shape::Kept | Shape::Along => 1.0,
             Shape::Free => 3.0,
         };
         self.bath = Some(Chain::new(thermal, freedom, time));
@@ -104,6 +106,7 @@ impl Walls {
         let push = match self.shape {
             Shape::Kept => [((push[0] + push[1]) + push[2]) / 3.0; 3],
             Shape::Free => push,
+            Shape::Along => [0.0, 0.0, push[2]],
         };
         for k in 0..3 {
             self.rate[k] += dt * push[k] / self.inertia;

@@ -5,13 +5,18 @@
 //! `neighbor.rs` who is near whom; `force.rs` energy and forces; `system.rs` the atoms and their motion (`system/snapshot.rs` as bytes); `thermostat.rs`
 //! the heat bath; `barostat.rs` walls under pressure; `averaging.rs` means and errors; `order.rs` solid or liquid; `lammps.rs` the same by LAMMPS;
 //! `sampled.rs` from samples to a state; `fault.rs` what can go wrong.
+//!
+//! Melting: `coexistence.rs` the stage `md.coexistence`, crystal and melt in one cell; `local_order.rs` solid or liquid, atom by
+//! atom.
 pub mod averaging;
 pub mod barostat;
+pub mod coexistence;
 mod fault;
 mod force;
 pub mod lammps;
 pub mod lanes;
 pub mod lattice;
+pub mod local_order;
 mod neighbor;
 pub mod order;
 mod params;
@@ -24,6 +29,7 @@ mod system;
 mod table;
 mod thermostat;
 pub mod units;
+pub use coexistence::{Coexistence, TwoPhases};
 pub use fault::Fault;
 pub use params::{By, Params};
 pub use potential::{Named, Potential};

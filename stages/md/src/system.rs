@@ -194,10 +194,7 @@ impl System {
         for v in &mut self.velocity {
             *v = [random.normal(), random.normal(), random.normal(), 0.0];
         }
-        for k in 0..3 {
-            let mean = self.velocity.iter().map(|v| v[k]).sum::<f64>() / self.atoms() as f64;
-            self.velocity.iter_mut().for_each(|v| v[k] -= mean);
-        }
+        self.stop();
         self.scale(temperature);
     }
 
@@ -209,6 +206,29 @@ impl System {
         let factor = square.sqrt();
         self.velocity.iter_mut().flatten().for_each(|v| *v *= factor);
         self.twice_kinetic = squares.map(|s| self.mass * s * square);
+    }
+
+    /// Scales the velocities of the atoms whose sites are `part` so that their temperature is `temperature` [K], and sets the
+    /// momentum of all to zero again.
+    pub fn scale_part(&mut self, part: impl Fn(u32) -> bool, temperature: f64) {
+        let chosen = || self.velocity.iter().zip(&self.id).filter(|(_, id)| part(**id));
+        let squares: f64 = chosen().map(|(v, _)| v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sum();
+        let thermal = 3.0 * chosen().count() as f64 * BOLTZMANN * temperature;
+        let factor = (thermal / (self.mass * squares)).sqrt();
+        for (v, _) in self.velocity.iter_mut().zip(&self.id).filter(|(_, id)| part(**id)) {
+            v.iter_mut().for_each(|v| *v *= factor);
+        }
+        self.stop();
+        let axis = |k: usize| self.mass * self.velocity.iter().map(|v| v[k] * v[k]).sum::<f64>();
+        self.twice_kinetic = [axis(0), axis(1), axis(2)];
+    }
+
+    /// Sets the momentum to zero.
+    fn stop(&mut self) {
+        for k in 0..3 {
+            let mean = self.velocity.iter().map(|v| v[k]).sum::<f64>() / self.atoms() as f64;
+            self.velocity.iter_mut().for_each(|v| v[k] -= mean);
+        }
     }
 
     /// Turns all velocities round.

@@ -9,14 +9,14 @@ mod states;
 mod synthetic;
 mod two_stage;
 pub use report::{FitReport, FittedParameter, Residual};
-pub use states::Reference;
+pub use states::{MeltingPoint, Reference};
 
 use crate::handbook::{COPPER_COHESION, COPPER_MOLAR_MASS};
 use crate::model::gray::{Gray, Parameters};
 use crate::{Eos, EosError, EosResult};
 use hvi_kit::units::{SpecificEnergy, Temperature};
-use hvi_kit::{Ctx, Invalid, Stage, StageError, inputs};
-use hvi_md::State;
+use hvi_kit::{Any, Ctx, Invalid, Stage, StageError, inputs};
+use hvi_md::{Coexistence, State};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -57,7 +57,8 @@ pub struct Params {
     pub reference_temperature: Temperature,
     /// Energy of the dilute gas at T -> 0 above the reference state; sets the vapour only. Default: copper's.
     pub cohesive_energy: SpecificEnergy,
-    /// Entropy of melting at constant volume plus the liquid's softening, in units of R: GRAY's Delta S, which T_m hangs on.
+    /// Entropy of melting at constant volume plus the liquid's softening, in units of R: GRAY's Delta S, which T_m hangs on. With
+    /// melting points among the inputs it is fitted, and this is where the search starts.
     pub melting_entropy: f64,
     /// Resamplings of the isochores for the errors; 0: covariance only.
     pub bootstrap: u32,
@@ -80,6 +81,8 @@ inputs! {
     pub struct Inputs {
         /// States of one metal, solid and liquid.
         states: Vec<State>,
+        /// Points of its melting curve, from crystal and melt in one cell; or none.
+        melting: Any<Coexistence>,
     }
 }
 
@@ -118,20 +121,20 @@ impl Stage for Fitting {
     }
 
     fn run(params: &Params, inputs: Inputs, ctx: &Ctx<'_>) -> Result<EosResult, StageError> {
-        fit(params, &inputs.states, ctx)
+        fit(params, &inputs.states, &inputs.melting.0, ctx)
     }
 }
 
-/// Fits GRAY to `states`.
+/// Fits GRAY to `states`, and its melting curve to `melting` where there are any.
 ///
 /// # Errors
 /// [`StageError::Physics`] with a [`FitError`]'s text where the states can't determine a parameter, or the fitted model fails its
 /// own checks; [`StageError::Cancelled`].
-pub fn fit(params: &Params, states: &[State], ctx: &Ctx<'_>) -> Result<EosResult, StageError> {
-    let data =
-        states::Data::new(states, params.reference_temperature.si(), params.weights).map_err(StageError::physics)?;
+pub fn fit(params: &Params, states: &[State], melting: &[Coexistence], ctx: &Ctx<'_>) -> Result<EosResult, StageError> {
+    let data = states::Data::new(states, melting, params.reference_temperature.si(), params.weights)
+        .map_err(StageError::physics)?;
     let start = two_stage::start(&data, params);
-    let fit = two_stage::fit(&data.rows, &start, params.method, true).map_err(StageError::physics)?;
+    let fit = two_stage::fit(&data, &start, params.method, true).map_err(StageError::physics)?;
     let p = fit.gray.parameters().clone();
     let densest = data.rows.iter().map(|r| 1.0 - r.volume / p.volume).fold(0.0, f64::max);
     if p.slope * densest > 0.92 {
@@ -146,7 +149,11 @@ pub fn fit(params: &Params, states: &[State], ctx: &Ctx<'_>) -> Result<EosResult
     let shifted = two_stage::with_other_volume(&data, gray.parameters(), params.method);
     let bootstrap = report::bootstrap(&data, gray.parameters(), params, ctx)?;
     let report = FitReport::new(&data, &fit, &gray, shifted.as_ref(), params, &bootstrap);
-    let source = format!("fitted to {} states of molecular dynamics", states.len());
+    let points = match melting.len() {
+        0 => String::new(),
+        n => format!(" and {n} melting points of two-phase cells"),
+    };
+    let source = format!("fitted to {} states of molecular dynamics{points}", states.len());
     Ok(EosResult { eos: Eos::Gray(gray), source, fit: Some(report) })
 }
 

@@ -1,5 +1,5 @@
 //! What came out of the fit, and how sure it is: parameters, errors, correlations, residuals.
-use super::states::Data;
+use super::states::{Data, MeltingPoint};
 use super::two_stage::{self, Fit};
 use super::{Method, Params, Weights};
 use crate::landmarks::{Landmark, landmarks};
@@ -49,7 +49,7 @@ pub struct Residual {
 /// The fit, for people and for later stages.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FitReport {
-    /// V0, C, S, gamma0, a, g_e, Tm, in the order of the paper's Table 1.
+    /// V0, C, S, gamma0, a, g_e, Tm, in the order of the paper's Table 1; and Delta S where it was fitted.
     pub parameters: Vec<FittedParameter>,
     /// Correlations of the logarithms of C, S, gamma0, a: `[4][4]`.
     pub pressure_correlations: Vec<Vec<f64>>,
@@ -59,6 +59,8 @@ pub struct FitReport {
     pub condition: f64,
     /// Every state, in the order given.
     pub residuals: Vec<Residual>,
+    /// Every melting point with the model's temperature there [K], in the order given.
+    pub melting: Vec<(MeltingPoint, f64)>,
     /// Resamplings that could be fitted.
     pub resamplings: u32,
     /// What the fitted model says of melting and release.
@@ -98,7 +100,7 @@ pub(super) fn bootstrap(
         if sample.check().is_err() {
             continue;
         }
-        if let Ok(fit) = two_stage::fit(&sample.rows, &start, params.method, false) {
+        if let Ok(fit) = two_stage::fit(&sample, &start, params.method, false) {
             found.push(fitted_values(fit.gray.parameters()));
         }
     }
@@ -136,26 +138,34 @@ impl FitReport {
             bootstrap_error: spread(column).map(|s| s * scale),
         };
         let first = |k| relative(&fit.pressure.covariance, k, k);
-        let second = |k| relative(&fit.temperature.covariance, k, 4 + k);
+        // Delta S has no share of V0's error of its own: it follows Tm0
+        let second = |k: usize| relative(&fit.temperature.covariance, k, if k == 2 { 4 } else { 4 + k });
         let mut volume = fitted("V0", "cm3/g", 1e3, p.volume, data.volume.1 / p.volume, 0);
         volume.bootstrap_error = None;
+        let entropy = (!data.melting.is_empty()).then(|| {
+            let of = fitted("Delta S", "R", 1.0, p.melting_entropy, second(2), 0);
+            FittedParameter { bootstrap_error: None, ..of }
+        });
+        let melting = |m: &MeltingPoint| (m.clone(), two_stage::melting_temperature(&fit.gray, m));
+        let parameters = vec![
+            volume,
+            fitted("C", "cm/us", 1e-4, p.sound_speed, first(0), 0),
+            fitted("S", "", 1.0, p.slope, first(1), 1),
+            fitted("gamma0", "", 1.0, p.gruneisen, first(2), 2),
+            fitted("a", "", 1.0, p.gruneisen_slope, first(3), 3),
+            fitted("g_e", "kJ/mol/K2", 1e-3 * p.molar_mass, p.electronic, second(1), 5),
+            fitted("T_m", "K", 1.0, p.melting_temperature, second(0), 4),
+        ];
         FitReport {
-            parameters: vec![
-                volume,
-                fitted("C", "cm/us", 1e-4, p.sound_speed, first(0), 0),
-                fitted("S", "", 1.0, p.slope, first(1), 1),
-                fitted("gamma0", "", 1.0, p.gruneisen, first(2), 2),
-                fitted("a", "", 1.0, p.gruneisen_slope, first(3), 3),
-                fitted("g_e", "kJ/mol/K2", 1e-3 * p.molar_mass, p.electronic, second(1), 5),
-                fitted("T_m", "K", 1.0, p.melting_temperature, second(0), 4),
-            ],
+            parameters: parameters.into_iter().chain(entropy).collect(),
+            melting: data.melting.iter().map(melting).collect(),
             pressure_correlations: correlations(&fit.pressure.covariance),
             temperature_correlation: correlations(&fit.temperature.covariance).first().map_or(0.0, |row| row[1]),
             condition: fit.pressure.condition,
             residuals: residuals(data, fit, params.method),
             resamplings: bootstrap.len() as u32,
             landmarks: landmarks(gray),
-            notes: notes(params, fit, gray),
+            notes: notes(params, data, fit, gray),
         }
     }
 
@@ -181,7 +191,7 @@ fn residuals(data: &Data, fit: &Fit, method: Method) -> Vec<Residual> {
     data.rows.iter().map(of).collect()
 }
 
-fn notes(params: &Params, fit: &Fit, gray: &Gray) -> Vec<String> {
+fn notes(params: &Params, data: &Data, fit: &Fit, gray: &Gray) -> Vec<String> {
     let method = match params.method {
         Method::Published => {
             "T is that of the equilibrium model at (V, E), as published: superheated crystals count as molten, so T_m is \
@@ -201,6 +211,13 @@ fn notes(params: &Params, fit: &Fit, gray: &Gray) -> Vec<String> {
     let classical = "The states are classical and without electrons: g_e absorbs the anharmonicity of the lattice, it is no \
                      electronic heat, and the heat capacity at 300 K is 3R rather than the measured 2.94 R.";
     let mut notes: Vec<String> = [method, weights, classical].map(String::from).into();
+    if !data.melting.is_empty() {
+        notes.push(
+            "T_m and its dependence on volume come from crystal and melt in one cell, without overheating; the melt's energy then \
+             gives the entropy of melting."
+                .into(),
+        );
+    }
     if fit.bounded {
         notes.push(
             "The states would have g_e negative: it is held at its bound (eq 34), its error is its own size.".into(),

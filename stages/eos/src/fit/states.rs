@@ -2,7 +2,8 @@
 use super::{FitError, Weights};
 use crate::model::gray::{Branch, GAS_CONSTANT};
 use hvi_kit::math::{bisect, sqrt};
-use hvi_md::{Phase, State};
+use hvi_md::{Coexistence, Phase, State};
+use serde::{Deserialize, Serialize};
 
 /// One state, energy counted from (V0, T0).
 #[derive(Clone, Debug)]
@@ -19,10 +20,26 @@ pub(super) struct Row {
     pub isochore: usize,
 }
 
+/// Crystal and melt in equilibrium.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MeltingPoint {
+    /// Pressure [Pa].
+    pub pressure: f64,
+    /// Temperature [K].
+    pub temperature: f64,
+    /// Its standard error [K].
+    pub error: f64,
+    /// Volume of the crystal there [m3/kg].
+    pub solid: f64,
+    /// Volume of the melt there [m3/kg].
+    pub liquid: f64,
+}
+
 /// All states, and the reference state found among them.
 #[derive(Clone, Debug)]
 pub(super) struct Data {
     pub rows: Vec<Row>,
+    pub melting: Vec<MeltingPoint>,
     pub isochores: usize,
     /// V0 [m3/kg] and its standard error.
     pub volume: (f64, f64),
@@ -36,7 +53,12 @@ const NEAR: f64 = 30.0;
 
 impl Data {
     /// Finds V0 where the solid isotherm at `reference_temperature` [K] crosses P = 0, and counts energies from there.
-    pub fn new(states: &[State], reference_temperature: f64, weights: Weights) -> Result<Data, FitError> {
+    pub fn new(
+        states: &[State],
+        melting: &[Coexistence],
+        reference_temperature: f64,
+        weights: Weights,
+    ) -> Result<Data, FitError> {
         let refuse = |why: String| Err(FitError(why));
         let Some(first) = states.first() else { return refuse("there are no states to fit".into()) };
         let molar_mass = first.molar_mass;
@@ -46,6 +68,9 @@ impl Data {
         let bad = |s: &State| ![s.volume, s.temperature, s.pressure, s.energy].iter().all(|x| x.is_finite());
         if let Some(i) = states.iter().position(bad) {
             return refuse(format!("state {i} is not finite: {:?}", states[i]));
+        }
+        if let Some(i) = melting.iter().position(|m| m.molar_mass != molar_mass) {
+            return refuse(format!("melting point {i} has another molar mass than the states: one metal a fit"));
         }
         let reference = Reference::find(states, reference_temperature)?;
         let mut isochores: Vec<f64> = states.iter().map(|s| s.volume).collect();
@@ -76,8 +101,16 @@ impl Data {
         if let Some(i) = rows.iter().position(|r| !(r.pressure_scale > 0.0 && r.temperature_scale > 0.0)) {
             return refuse(format!("state {i} has no standard errors: use weights = \"uniform\""));
         }
+        let point = |m: &Coexistence| MeltingPoint {
+            pressure: m.pressure,
+            temperature: m.temperature,
+            error: m.temperature_error,
+            solid: m.solid.volume,
+            liquid: m.liquid.volume,
+        };
         let data = Data {
             rows,
+            melting: melting.iter().map(point).collect(),
             isochores: isochores.len(),
             volume: (reference.volume, reference.volume_error),
             bulk_modulus: reference.bulk_modulus,

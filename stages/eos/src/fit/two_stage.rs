@@ -2,7 +2,7 @@
 //!
 //! Liu, Wang, Zhang (2013), eqs 31-34. The constraints (all parameters positive) hold by fitting logarithms.
 use super::least_squares::{Minimum, minimise};
-use super::states::{Data, Row};
+use super::states::{Data, MeltingPoint, Row};
 use super::{FitError, Method, Params};
 use crate::model::gray::{Branch, Gray, Parameters};
 
@@ -11,7 +11,7 @@ pub(super) struct Fit {
     pub gray: Gray,
     /// C, S, gamma0, a.
     pub pressure: Minimum,
-    /// Tm0, G0. Its covariance holds, in the first fit from a scan, the error of the pressure parameters too.
+    /// Tm0, G0, and Delta S in units of R where melting points are known. Its covariance holds, in the first fit from a scan, the error of the pressure parameters too.
     pub temperature: Minimum,
     /// The constraint g_e > 0 is active: the states would have it negative, and it is held at its bound.
     pub bounded: bool,
@@ -23,9 +23,9 @@ const ROUNDS: usize = 3;
 /// Lower bound of g_e [J/mol/K2]: a hundredth of the free-electron value.
 const LEAST_ELECTRONIC: f64 = 7e-6;
 
-/// Fits `rows` from `start`; `scan` looks for Tm0 over its whole range before the search.
-pub(super) fn fit(rows: &[Row], start: &Parameters, method: Method, scan: bool) -> Result<Fit, FitError> {
-    let solids: Vec<&Row> = rows.iter().filter(|r| r.branch == Branch::Solid).collect();
+/// Fits `data` from `start`; `scan` looks for Tm0 over its whole range before the search.
+pub(super) fn fit(data: &Data, start: &Parameters, method: Method, scan: bool) -> Result<Fit, FitError> {
+    let solids: Vec<&Row> = data.rows.iter().filter(|r| r.branch == Branch::Solid).collect();
     let mut p = start.clone();
     let rounds = if scan { ROUNDS } else { 1 };
     for round in 1..=rounds {
@@ -34,13 +34,13 @@ pub(super) fn fit(rows: &[Row], start: &Parameters, method: Method, scan: bool) 
         settled(&pressure, "pressure of the solid states by C, S, gamma0, a")?;
         p = with_pressure(&p, &pressure.parameters);
         let second =
-            if scan && round == 1 { scan_melting(rows, &p, method)? } else { [p.melting_temperature, p.electronic] };
-        let (mut temperature, bounded) = fit_temperature(rows, &p, &second, method);
+            if scan && round == 1 { scan_melting(data, &p, method)? } else { [p.melting_temperature, p.electronic] };
+        let (mut temperature, bounded) = fit_temperature(data, &p, second, method);
         settled(&temperature, "temperature of all states by Tm0, g_e")?;
         p = with_temperature(&p, &temperature.parameters);
         if round == rounds {
             if scan {
-                add_pressure_errors(rows, &p, method, &pressure, &mut temperature);
+                add_pressure_errors(data, &p, method, &pressure, &mut temperature);
             }
             let gray = Gray::dense(p).map_err(|e| FitError(e.to_string()))?;
             return Ok(Fit { gray, pressure, temperature, bounded });
@@ -62,36 +62,48 @@ pub(super) fn start(data: &Data, params: &Params) -> Parameters {
 
 /// The second fit. Where it drives g_e to zero (eq 34 active), g_e is held at its bound and Tm0 fitted alone; g_e's error is
 /// then its own size.
-fn fit_temperature(rows: &[Row], p: &Parameters, start: &[f64; 2], method: Method) -> (Minimum, bool) {
-    let free = |x: &[f64]| temperature_residuals(rows, &with_temperature(p, x), method);
-    let bound = LEAST_ELECTRONIC / p.molar_mass;
-    let found = minimise(start, rows.len(), free);
+fn fit_temperature(data: &Data, p: &Parameters, start: [f64; 2], method: Method) -> (Minimum, bool) {
+    let free = |x: &[f64]| temperature_residuals(data, &with_temperature(p, x), method);
+    let (bound, count) = (LEAST_ELECTRONIC / p.molar_mass, data.rows.len() + data.melting.len());
+    let mut start = start.to_vec();
+    // where melting is known the liquid's energy tells the entropy
+    start.extend((!data.melting.is_empty()).then_some(p.melting_entropy));
+    let found = minimise(&start, count, free);
     if found.parameters[1] > bound {
         return (found, false);
     }
-    let held = minimise(&start[..1], rows.len(), |x| free(&[x[0], bound]));
-    let variance = held.covariance.as_ref().map(|c| c[0][0]);
-    let covariance = variance.map(|v| vec![vec![v, 0.0], vec![0.0, 1.0]]);
-    (Minimum { parameters: vec![held.parameters[0], bound], covariance, ..held }, true)
+    let with_bound = |x: &[f64]| [&x[..1], &[bound], &x[1..]].concat();
+    start.remove(1);
+    let held = minimise(&start, count, |x| free(&with_bound(x)));
+    let full = |c: &Vec<Vec<f64>>| {
+        let mut rows: Vec<Vec<f64>> = c.iter().map(|row| [&row[..1], &[0.0], &row[1..]].concat()).collect();
+        let mut own = vec![0.0; c.len() + 1];
+        own[1] = 1.0;
+        rows.insert(1, own);
+        rows
+    };
+    let covariance = held.covariance.as_ref().map(full);
+    (Minimum { parameters: with_bound(&held.parameters), covariance, ..held }, true)
 }
 
 /// Adds to the covariance of (Tm0, G0) what the errors of (C, S, gamma0, a) do to them through the cold curve: D C D', with
 /// D the change of the second fit's logarithms by the first's, from refits one standard error away.
-fn add_pressure_errors(rows: &[Row], p: &Parameters, method: Method, pressure: &Minimum, temperature: &mut Minimum) {
+fn add_pressure_errors(data: &Data, p: &Parameters, method: Method, pressure: &Minimum, temperature: &mut Minimum) {
     let (Some(first), Some(second)) = (&pressure.covariance, &mut temperature.covariance) else { return };
-    let best = [p.melting_temperature, p.electronic];
-    let slopes: Vec<[f64; 2]> = (0..4)
+    let best = temperature.parameters.clone();
+    let count = data.rows.len() + data.melting.len();
+    let slopes: Vec<Vec<f64>> = (0..4)
         .map(|j| {
             let mut x = pressure.parameters.clone();
             let step = first[j][j].sqrt();
             x[j] *= 1.0 + step;
             let other = with_pressure(p, &x);
-            let refit =
-                minimise(&best, rows.len(), |x| temperature_residuals(rows, &with_temperature(&other, x), method));
-            [0, 1].map(|k| (refit.parameters[k] / best[k] - 1.0) / step)
+            let refit = minimise(&best, count, |x| temperature_residuals(data, &with_temperature(&other, x), method));
+            refit.parameters.iter().zip(&best).map(|(x, best)| (x / best - 1.0) / step).collect()
         })
         .collect();
-    for (k, l) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+    let n = best.len();
+    for (k, l) in (0..n).flat_map(|k| (0..n).map(move |l| (k, l))) {
         for (i, j) in (0..4).flat_map(|i| (0..4).map(move |j| (i, j))) {
             second[k][l] += slopes[i][k] * first[i][j] * slopes[j][l];
         }
@@ -101,14 +113,15 @@ fn add_pressure_errors(rows: &[Row], p: &Parameters, method: Method, pressure: &
 /// The fitted parameters if V0 were one standard error larger: what its error does to the others.
 pub(super) fn with_other_volume(data: &Data, best: &Parameters, method: Method) -> Option<Parameters> {
     let start = Parameters { volume: data.volume.0 + data.volume.1, ..best.clone() };
-    fit(&data.rows, &start, method, false).ok().map(|fit| fit.gray.parameters().clone())
+    fit(data, &start, method, false).ok().map(|fit| fit.gray.parameters().clone())
 }
 
 fn with_pressure(p: &Parameters, x: &[f64]) -> Parameters {
     Parameters { sound_speed: x[0], slope: x[1], gruneisen: x[2], gruneisen_slope: x[3], ..p.clone() }
 }
 fn with_temperature(p: &Parameters, x: &[f64]) -> Parameters {
-    Parameters { melting_temperature: x[0], electronic: x[1], ..p.clone() }
+    let melting_entropy = x.get(2).copied().unwrap_or(p.melting_entropy);
+    Parameters { melting_temperature: x[0], electronic: x[1], melting_entropy, ..p.clone() }
 }
 
 /// P(V, T) of the solid minus the states', over their scales.
@@ -119,10 +132,19 @@ fn pressure_residuals(solids: &[&Row], p: &Parameters) -> Option<Vec<f64>> {
     Some(solids.iter().map(residual).collect())
 }
 
-/// T(V, E) minus the states', over their scales.
-fn temperature_residuals(rows: &[Row], p: &Parameters, method: Method) -> Option<Vec<f64>> {
+/// T(V, E) minus the states', over their scales; and the melting temperatures minus those of the points, in kelvin, each with the
+/// weight of all states together: it knows T_m itself, where states tell of it only by their energy.
+fn temperature_residuals(data: &Data, p: &Parameters, method: Method) -> Option<Vec<f64>> {
     let gray = Gray::dense(p.clone()).ok()?;
-    Some(rows.iter().map(|r| (temperature(&gray, r, method) - r.temperature) / r.temperature_scale).collect())
+    let state = |r: &Row| (temperature(&gray, r, method) - r.temperature) / r.temperature_scale;
+    let weight = data.rows.iter().map(|r| 1.0 / (r.temperature_scale * r.temperature_scale)).sum::<f64>().sqrt();
+    let point = |m: &MeltingPoint| (melting_temperature(&gray, m) - m.temperature) * weight;
+    Some(data.rows.iter().map(state).chain(data.melting.iter().map(point)).collect())
+}
+
+/// Where the model melts at a point's volumes [K]: the mean of where the crystal's volume begins to and the melt's has.
+pub(super) fn melting_temperature(gray: &Gray, point: &MeltingPoint) -> f64 {
+    0.5 * (gray.borders(point.solid)[0] + gray.borders(point.liquid)[1])
 }
 
 /// The model's temperature at a state's volume and energy.
@@ -134,14 +156,14 @@ pub(super) fn temperature(gray: &Gray, row: &Row, method: Method) -> f64 {
 }
 
 /// Tm0 and G0 of the least sum of squares on a coarse grid: from too high a Tm0 nothing is molten, and the search is blind.
-fn scan_melting(rows: &[Row], p: &Parameters, method: Method) -> Result<[f64; 2], FitError> {
+fn scan_melting(data: &Data, p: &Parameters, method: Method) -> Result<[f64; 2], FitError> {
     let mut best = (f64::INFINITY, [p.melting_temperature, p.electronic]);
     for step in 0..40 {
         // 500 K to 8000 K.
         let tm = 500.0 * hvi_kit::math::pow(16.0, f64::from(step) / 39.0);
         for share in [0.3, 1.0, 2.0] {
             let x = [tm, share * p.electronic];
-            let Some(residuals) = temperature_residuals(rows, &with_temperature(p, &x), method) else { continue };
+            let Some(residuals) = temperature_residuals(data, &with_temperature(p, &x), method) else { continue };
             let sum: f64 = residuals.iter().map(|r| r * r).sum();
             if sum < best.0 {
                 best = (sum, x);

@@ -1,0 +1,266 @@
+//! Stage `md.coexistence`: the melting temperature at a pressure, from crystal and melt in one cell.
+//!
+//! `cell.rs` the cell of both phases; `phase.rs` each phase alone at what was found; `guess.rs` where to begin; `result.rs` what
+//! comes out.
+//!
+//! Two phases side by side at constant pressure and enthalpy: where the cell is too warm some crystal melts and takes up heat,
+//! where it is too cold some melt freezes and gives it, until the temperature is that of melting (J. R. Morris, C. Z. Wang, K. M.
+//! Ho and C. T. Chan, Phys. Rev. B 49, 3109 (1994); at constant pressure, and the errors of such cells: J. R. Morris and X. Song,
+//! J. Chem. Phys. 116, 9352 (2002)). A perfect crystal that is heated overheats by a fifth or more; here there is no barrier.
+mod cell;
+mod guess;
+mod phase;
+mod result;
+mod show;
+pub use result::{Attempt, Coexistence, Look, PhaseAt};
+
+use crate::lanes::Isa;
+use crate::lattice;
+use crate::potential::Potential;
+use crate::system::LEAST_SKIN;
+use crate::table::Tables;
+use crate::units::{PRESSURE, SPECIFIC_VOLUME, TIME};
+use cell::{Cell, Wanted};
+use hvi_kit::units::{Pressure, Temperature, Time};
+use hvi_kit::{Ctx, Invalid, Stage, StageError};
+use phase::Conditions;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Parameters of the stage.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Params {
+    /// How atoms act on each other.
+    pub potential: Potential,
+    /// Pressure, -1 to 1000 GPa.
+    #[serde(default = "defaults::pressure")]
+    pub pressure: Pressure,
+    /// Temperature to begin with; by default from Lindemann's rule. A tenth off the truth is near enough; where one phase
+    /// dies the stage begins again, warmer or colder.
+    #[serde(default)]
+    pub guess: Option<Temperature>,
+    /// Cubic cells across, along x and y.
+    #[serde(default = "defaults::across")]
+    pub across: u32,
+    /// Cubic cells along z, half of them molten at the start.
+    #[serde(default = "defaults::along")]
+    pub along: u32,
+    /// Time step, 0.1 to 5 fs.
+    #[serde(default = "defaults::time_step")]
+    pub time_step: Time,
+    /// Time that is left out of the average at least.
+    #[serde(default = "defaults::settling")]
+    pub settling: Time,
+    /// Standard error of the melting temperature to stop at.
+    #[serde(default = "defaults::target_error")]
+    pub target_error: Temperature,
+    /// Averaging goes on at least so long after settling.
+    #[serde(default = "defaults::shortest")]
+    pub shortest: Time,
+    /// Averaging goes on no longer than this after settling.
+    #[serde(default = "defaults::longest")]
+    pub longest: Time,
+    /// Time each phase is averaged over alone.
+    #[serde(default = "defaults::alone")]
+    pub alone: Time,
+    /// Seed of the first velocities.
+    #[serde(default = "defaults::seed")]
+    pub seed: u64,
+}
+
+mod defaults {
+    use hvi_kit::units::{Pressure, Temperature, Time};
+    pub fn pressure() -> Pressure {
+        Pressure::new(0.0)
+    }
+    pub fn across() -> u32 {
+        6
+    }
+    pub fn along() -> u32 {
+        16
+    }
+    pub fn time_step() -> Time {
+        Time::new(2e-15)
+    }
+    pub fn settling() -> Time {
+        Time::new(15e-12)
+    }
+    pub fn target_error() -> Temperature {
+        Temperature::new(10.0)
+    }
+    pub fn shortest() -> Time {
+        Time::new(30e-12)
+    }
+    pub fn longest() -> Time {
+        Time::new(150e-12)
+    }
+    pub fn alone() -> Time {
+        Time::new(6e-12)
+    }
+    pub fn seed() -> u64 {
+        1
+    }
+}
+
+/// Starts before the stage gives up.
+const STARTS: usize = 7;
+/// What a start is changed by where one phase died: about half of the latent heat's worth of temperature.
+const STRIDE: f64 = 0.1;
+
+/// The stage.
+pub struct TwoPhases;
+impl Stage for TwoPhases {
+    const NAME: &'static str = "md.coexistence";
+    const SUMMARY: &'static str =
+        "melting temperature at one pressure, from crystal and melt in one cell (molecular dynamics)";
+    type Params = Params;
+    type Inputs = ();
+    type Output = Coexistence;
+
+    fn check(params: &Params) -> Result<(), Invalid> {
+        params.check()
+    }
+    fn cost(params: &Params) -> f64 {
+        params.cost()
+    }
+    fn run(params: &Params, (): (), ctx: &Ctx<'_>) -> Result<Coexistence, StageError> {
+        run(params, Isa::best(), ctx)
+    }
+}
+
+impl Params {
+    fn check(&self) -> Result<(), Invalid> {
+        let within = |key: &str, value: f64, from: f64, to: f64, text: &str| {
+            if (from..=to).contains(&value) { Ok(()) } else { Err(Invalid::new(key, text)) }
+        };
+        within("pressure", self.pressure.si(), -1e9, 1e12, "it must be -1 GPa to 1000 GPa")?;
+        if let Some(guess) = self.guess {
+            within("guess", guess.si(), 50.0, 2e4, "it must be 50 K to 20000 K")?;
+        }
+        within("across", f64::from(self.across), 3.0, 64.0, "it must be 3 to 64 cubic cells")?;
+        within("along", f64::from(self.along), 8.0, 512.0, "it must be 8 to 512 cubic cells")?;
+        within("time_step", self.time_step.si(), 1e-16, 5e-15, "it must be 0.1 fs to 5 fs")?;
+        within("settling", self.settling.si(), 0.0, 1e-8, "it must be 0 to 10 ns")?;
+        within("target_error", self.target_error.si(), 0.1, 1e3, "it must be 0.1 K to 1000 K")?;
+        within("shortest", self.shortest.si(), 5e-12, 1e-7, "it must be 5 ps to 100 ns")?;
+        within("longest", self.longest.si(), self.shortest.si(), 1e-7, "it must be from `shortest` to 100 ns")?;
+        within("alone", self.alone.si(), 1e-12, 1e-8, "it must be 1 ps to 10 ns")?;
+        self.check_width()
+    }
+
+    fn check_width(&self) -> Result<(), Invalid> {
+        let edge = guess::edge(self.potential, self.pressure.si() / PRESSURE, 300.0);
+        // a cold crystal is narrower than a hot one by 2 % or so
+        let needed = (2.0 * (self.potential.cutoff() + LEAST_SKIN) / edge).ceil() as u32;
+        if self.across >= needed && self.along >= 2 * needed {
+            return Ok(());
+        }
+        Err(Invalid::new(
+            if self.across < needed { "across" } else { "along" },
+            format!(
+                "at this pressure the potential reaches so far that it takes {needed} cells across and {} along",
+                2 * needed
+            ),
+        ))
+    }
+
+    /// Predicted core-seconds.
+    fn cost(&self) -> f64 {
+        let atoms = f64::from(4 * self.across * self.across * self.along);
+        let steps = |time: f64| time / self.time_step.si();
+        let cell = atoms * steps(8e-12 + self.settling.si() + 1.3 * self.shortest.si());
+        let alone = 1200.0 * steps(7.5e-12 + 2.0 * self.alone.si());
+        (cell + alone) * 260e-9
+    }
+}
+
+/// Runs what `params`, which have been checked, describe.
+///
+/// # Errors
+/// [`StageError::Physics`] where no start keeps both phases, with what to change; as [`crate::run::state`] otherwise.
+pub fn run(params: &Params, isa: Isa, ctx: &Ctx<'_>) -> Result<Coexistence, StageError> {
+    let tables = Tables::new(params.potential);
+    let pressure = params.pressure.si() / PRESSURE;
+    let step = params.time_step.si() / TIME;
+    let mut start = match params.guess {
+        Some(guess) => guess.si(),
+        None => guess::melting(&tables, pressure).map_err(StageError::physics)?,
+    };
+    let cells = [params.across, params.across, params.along].map(|n| n as usize);
+    let (mut attempts, mut bracket) = (Vec::new(), [0.0, f64::INFINITY]);
+    let cell = loop {
+        let wanted = Wanted { tables: &tables, pressure, start, cells, step, seed: params.seed };
+        let mut cell = Cell::new(&wanted, isa, ctx)?;
+        if average(params, &mut cell, ctx)? {
+            break cell;
+        }
+        let last = cell.looks.last().copied().expect("it ran until a phase died");
+        attempts.push(Attempt { start, solid: last.solid, end: last.temperature });
+        if attempts.len() == STARTS {
+            return Err(died(params, &attempts));
+        }
+        start = another(start, last, &mut bracket);
+    };
+    let (temperature, error, averaged) = cell.average(params.settling.si() / TIME);
+    let time = params.alone.si() / TIME;
+    let at = Conditions { tables: &tables, pressure, temperature, step, time, seed: params.seed };
+    let lattice = lattice::equilibrium_edge(params.potential);
+    Ok(Coexistence {
+        pressure: params.pressure.si(),
+        temperature,
+        temperature_error: error,
+        lattice_volume: 0.25 * lattice * lattice * lattice * SPECIFIC_VOLUME / params.potential.molar_mass(),
+        molar_mass: params.potential.molar_mass() * 1e-3,
+        solid: at.run(false, isa, ctx)?,
+        liquid: at.run(true, isa, ctx)?,
+        atoms: cell.atoms() as u32,
+        averaged: averaged * TIME,
+        on_target: error <= params.target_error.si(),
+        attempts,
+        profile: cell.profile(),
+        looks: cell.looks,
+    })
+}
+
+/// Runs the cell until the error is small enough or the time is spent; whether both phases are there at the end.
+fn average(params: &Params, cell: &mut Cell, ctx: &Ctx<'_>) -> Result<bool, StageError> {
+    let [settling, shortest, longest] = [params.settling, params.shortest, params.longest].map(|t| t.si() / TIME);
+    while cell.has_both() {
+        cell.advance().map_err(StageError::physics)?;
+        let averaged = cell.time() - settling;
+        let expected = settling + shortest;
+        ctx.tick(cell.time(), expected.max(cell.time() + 1.0) * 1.05, "crystal and melt together")?;
+        if averaged >= longest || averaged >= shortest && cell.average(settling).1 <= params.target_error.si() {
+            return Ok(cell.has_both());
+        }
+    }
+    Ok(false)
+}
+
+/// The next start: colder where the crystal died, warmer where the melt did, half way once both are known.
+fn another(start: f64, last: Look, bracket: &mut [f64; 2]) -> f64 {
+    let side = usize::from(last.solid < 0.5);
+    bracket[side] = start;
+    match *bracket {
+        [low, high] if low > 0.0 && high.is_finite() => 0.5 * (low + high),
+        [_, high] if high.is_finite() => (1.0 - STRIDE) * start.min(last.temperature),
+        _ => (1.0 + STRIDE) * start.max(last.temperature),
+    }
+}
+
+fn died(params: &Params, attempts: &[Attempt]) -> StageError {
+    let each = |a: &Attempt| {
+        let what = if a.solid < 0.5 { "the crystal died" } else { "the melt died" };
+        format!("from {:.0} K {what}, at {:.0} K", a.start, a.end)
+    };
+    let all: Vec<String> = attempts.iter().map(each).collect();
+    StageError::physics(format!(
+        "at {:.3} GPa no start of {} kept crystal and melt side by side: {}; give `guess` between a start where the crystal died and \
+         one where the melt did, or a longer cell (`along` is {})",
+        params.pressure.si() / 1e9,
+        attempts.len(),
+        all.join("; "),
+        params.along
+    ))
+}
