@@ -1,7 +1,9 @@
 //! Points of the melting curve: `cargo run --release -p hvi-md --example melting -- ACROSS ALONG SEED GPA...`.
 use hvi_kit::{Artifact, Ctx, Stage};
 use hvi_md::TwoPhases;
-use hvi_md::coexistence::Params;
+use hvi_md::coexistence::{Params, run};
+use hvi_md::lanes::Isa;
+use std::collections::BTreeMap;
 
 fn main() {
     let arguments: Vec<f64> = std::env::args().skip(1).filter_map(|a| a.parse().ok()).collect();
@@ -13,7 +15,7 @@ fn main() {
         let params: Params = serde_json::from_str(&text).expect("it is what the stage takes");
         TwoPhases::check(&params).expect("it is in range");
         let start = std::time::Instant::now();
-        match TwoPhases::run(&params, (), &Ctx::quiet()) {
+        match run(&params, &BTreeMap::new(), Isa::best(), &Ctx::quiet()) {
             Ok(found) => {
                 for s in found.scalars() {
                     println!("{}: {:?} {}", s.name, s.value, s.unit);

@@ -15,24 +15,25 @@ mod show;
 pub use result::{Attempt, Coexistence, Look, PhaseAt};
 
 use crate::lanes::Isa;
-use crate::lattice;
-use crate::potential::Potential;
+use crate::params::crystal;
+use crate::potential::{Named, Potential};
 use crate::system::LEAST_SKIN;
 use crate::table::Tables;
 use crate::units::{PRESSURE, SPECIFIC_VOLUME, TIME};
 use cell::{Cell, Wanted};
 use hvi_kit::units::{Pressure, Temperature, Time};
-use hvi_kit::{Ctx, Invalid, Stage, StageError};
+use hvi_kit::{Ctx, File, Invalid, Stage, StageError};
 use phase::Conditions;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// Parameters of the stage.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
-    /// How atoms act on each other.
-    pub potential: Potential,
+    /// How atoms act on each other: as in `md`.
+    pub potential: Named,
     /// Pressure, -1 to 1000 GPa.
     #[serde(default = "defaults::pressure")]
     pub pressure: Pressure,
@@ -115,17 +116,20 @@ impl Stage for TwoPhases {
     const SUMMARY: &'static str =
         "melting temperature at one pressure, from crystal and melt in one cell (molecular dynamics)";
     type Params = Params;
-    type Inputs = ();
+    type Inputs = crate::Inputs;
     type Output = Coexistence;
 
     fn check(params: &Params) -> Result<(), Invalid> {
         params.check()
     }
+    fn check_files(params: &Params, files: &BTreeMap<String, File>) -> Result<(), Invalid> {
+        params.crystal(files).map(drop)
+    }
     fn cost(params: &Params) -> f64 {
         params.cost()
     }
-    fn run(params: &Params, (): (), ctx: &Ctx<'_>) -> Result<Coexistence, StageError> {
-        run(params, Isa::best(), ctx)
+    fn run(params: &Params, inputs: Self::Inputs, ctx: &Ctx<'_>) -> Result<Coexistence, StageError> {
+        run(params, &inputs.file.0, Isa::best(), ctx)
     }
 }
 
@@ -146,13 +150,23 @@ impl Params {
         within("shortest", self.shortest.si(), 5e-12, 1e-7, "it must be 5 ps to 100 ns")?;
         within("longest", self.longest.si(), self.shortest.si(), 1e-7, "it must be from `shortest` to 100 ns")?;
         within("alone", self.alone.si(), 1e-12, 1e-8, "it must be 1 ps to 10 ns")?;
-        self.check_width()
+        match &self.potential {
+            Named::BuiltIn(_) => self.crystal(&BTreeMap::new()).map(drop),
+            Named::File(_) => Ok(()),
+        }
     }
 
-    fn check_width(&self) -> Result<(), Invalid> {
-        let edge = guess::edge(self.potential, self.pressure.si() / PRESSURE, 300.0);
+    /// The potential, and the cubic edge of its lattice at rest without pressure [angstrom].
+    fn crystal(&self, files: &BTreeMap<String, File>) -> Result<(Potential, f64), Invalid> {
+        let (potential, ground) = crystal(&self.potential, files)?;
+        self.check_width(&potential, ground)?;
+        Ok((potential, ground))
+    }
+
+    fn check_width(&self, potential: &Potential, ground: f64) -> Result<(), Invalid> {
+        let edge = guess::edge(potential, ground, self.pressure.si() / PRESSURE, 300.0);
         // a cold crystal is narrower than a hot one by 2 % or so
-        let needed = (2.0 * (self.potential.cutoff() + LEAST_SKIN) / edge).ceil() as u32;
+        let needed = (2.0 * (potential.cutoff() + LEAST_SKIN) / edge).ceil() as u32;
         if self.across >= needed && self.along >= 2 * needed {
             return Ok(());
         }
@@ -179,18 +193,24 @@ impl Params {
 ///
 /// # Errors
 /// [`StageError::Physics`] where no start keeps both phases, with what to change; as [`crate::run::state`] otherwise.
-pub fn run(params: &Params, isa: Isa, ctx: &Ctx<'_>) -> Result<Coexistence, StageError> {
-    let tables = Tables::new(params.potential);
+pub fn run(
+    params: &Params,
+    files: &BTreeMap<String, File>,
+    isa: Isa,
+    ctx: &Ctx<'_>,
+) -> Result<Coexistence, StageError> {
+    let (potential, ground) = params.crystal(files).map_err(|e| StageError::physics(e.why))?;
+    let tables = Tables::new(potential.clone());
     let pressure = params.pressure.si() / PRESSURE;
     let step = params.time_step.si() / TIME;
     let mut start = match params.guess {
         Some(guess) => guess.si(),
-        None => guess::melting(&tables, pressure).map_err(StageError::physics)?,
+        None => guess::melting(&tables, ground, pressure).map_err(StageError::physics)?,
     };
     let cells = [params.across, params.across, params.along].map(|n| n as usize);
     let (mut attempts, mut bracket) = (Vec::new(), [0.0, f64::INFINITY]);
     let cell = loop {
-        let wanted = Wanted { tables: &tables, pressure, start, cells, step, seed: params.seed };
+        let wanted = Wanted { tables: &tables, ground, pressure, start, cells, step, seed: params.seed };
         let mut cell = Cell::new(&wanted, isa, ctx)?;
         if average(params, &mut cell, ctx)? {
             break cell;
@@ -204,14 +224,14 @@ pub fn run(params: &Params, isa: Isa, ctx: &Ctx<'_>) -> Result<Coexistence, Stag
     };
     let (temperature, error, averaged) = cell.average(params.settling.si() / TIME);
     let time = params.alone.si() / TIME;
-    let at = Conditions { tables: &tables, pressure, temperature, step, time, seed: params.seed };
-    let lattice = lattice::equilibrium_edge(params.potential);
+    let at = Conditions { tables: &tables, ground, pressure, temperature, step, time, seed: params.seed };
+    let molar = potential.molar_mass();
     Ok(Coexistence {
         pressure: params.pressure.si(),
         temperature,
         temperature_error: error,
-        lattice_volume: 0.25 * lattice * lattice * lattice * SPECIFIC_VOLUME / params.potential.molar_mass(),
-        molar_mass: params.potential.molar_mass() * 1e-3,
+        lattice_volume: 0.25 * ground * ground * ground * SPECIFIC_VOLUME / molar,
+        molar_mass: molar * 1e-3,
         solid: at.run(false, isa, ctx)?,
         liquid: at.run(true, isa, ctx)?,
         atoms: cell.atoms() as u32,

@@ -58,6 +58,27 @@ pub struct Params {
     pub seed: u64,
 }
 
+/// The potential that `named` means, and the cubic edge of its lattice at rest without pressure [angstrom]; its file, if it has
+/// one, is `potential.file`.
+///
+/// # Errors
+/// [`Invalid`] where there is no such file, or it is malformed, or the metal has no face-centred lattice.
+pub(crate) fn crystal(named: &Named, files: &BTreeMap<String, File>) -> Result<(Potential, f64), Invalid> {
+    const PLACE: &str = "potential.file";
+    if let Some(other) = files.keys().find(|key| *key != PLACE) {
+        return Err(Invalid::new(other, format!("a file goes to `{PLACE}` only")));
+    }
+    let file = files.get(PLACE);
+    let key = if file.is_some() { PLACE } else { "potential" };
+    let potential = named.potential(file).map_err(|e| Invalid::new(key, e.to_string()))?;
+    let unfit = || Invalid::new("potential", "it has no face-centred cubic lattice, the one that is run here");
+    if !matches!(potential.structure(), Structure::Fcc | Structure::Other) {
+        return Err(unfit());
+    }
+    let ground = lattice::equilibrium_edge(&potential).ok_or_else(unfit)?;
+    Ok((potential, ground))
+}
+
 mod defaults {
     use hvi_kit::units::{Pressure, Time};
     pub fn atoms() -> u32 {
@@ -113,7 +134,7 @@ impl Params {
         within("shortest", self.shortest.si(), least, 1e-8, &format!("it must be {least:e} s (50 steps) to 10 ns"))?;
         within("longest", self.longest.si(), self.shortest.si(), 1e-8, "it must be from `shortest` to 10 ns")?;
         match &self.potential {
-            Named::BuiltIn(built_in) => self.check_atoms(&built_in.potential()).map(drop),
+            Named::BuiltIn(_) => self.potential(&BTreeMap::new()).map(drop),
             Named::File(_) => Ok(()),
         }
     }
@@ -133,24 +154,13 @@ impl Params {
     /// [`Invalid`] where there is no such file, or it is malformed, or the metal has no face-centred lattice, or the box is
     /// too small for it.
     pub fn potential(&self, files: &BTreeMap<String, File>) -> Result<(Potential, f64), Invalid> {
-        const PLACE: &str = "potential.file";
-        if let Some(other) = files.keys().find(|key| *key != PLACE) {
-            return Err(Invalid::new(other, format!("a file goes to `{PLACE}` only")));
-        }
-        let file = files.get(PLACE);
-        let key = if file.is_some() { PLACE } else { "potential" };
-        let potential = self.potential.potential(file).map_err(|e| Invalid::new(key, e.to_string()))?;
-        let ground = self.check_atoms(&potential)?;
+        let (potential, ground) = crystal(&self.potential, files)?;
+        self.check_atoms(&potential, ground)?;
         Ok((potential, ground))
     }
 
-    /// Whether the crystal fits; returns its cubic edge at rest without pressure [angstrom].
-    fn check_atoms(&self, potential: &Potential) -> Result<f64, Invalid> {
-        let unfit = || Invalid::new("potential", "it has no face-centred cubic lattice, the one that is run here");
-        if !matches!(potential.structure(), Structure::Fcc | Structure::Other) {
-            return Err(unfit());
-        }
-        let ground = lattice::equilibrium_edge(potential).ok_or_else(unfit)?;
+    /// Whether the crystal, whose cubic edge at rest without pressure is `ground` [angstrom], fits.
+    fn check_atoms(&self, potential: &Potential, ground: f64) -> Result<(), Invalid> {
         let cells = self.cells();
         let of = |n: usize| 4 * n * n * n;
         if of(cells) != self.atoms as usize {
@@ -172,7 +182,7 @@ impl Params {
                 ),
             ));
         }
-        Ok(ground)
+        Ok(())
     }
 
     /// One thread, as states are run side by side; memory at its peak, with the tables and all samples.

@@ -1,14 +1,17 @@
 //! Melting from crystal and melt in one cell: the temperature, what each phase has there, and what is said where one dies.
 use hvi_kit::units::{Pressure, Temperature, Time};
 use hvi_kit::{Artifact, Ctx, Stage};
-use hvi_md::coexistence::{Coexistence, Params};
-use hvi_md::{Potential, TwoPhases};
+use hvi_md::coexistence::{Coexistence, Params, run};
+use hvi_md::lanes::Isa;
+use hvi_md::potential::BuiltIn;
+use hvi_md::{Named, TwoPhases};
+use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
 /// 1200 atoms, which is few: half a cell of each phase is 20 angstrom long.
 fn params(pressure: f64, guess: Option<f64>) -> Params {
     Params {
-        potential: Potential::Mishin2001,
+        potential: Named::BuiltIn(BuiltIn::Mishin2001),
         pressure: Pressure::new(pressure),
         guess: guess.map(Temperature::new),
         across: 5,
@@ -23,9 +26,12 @@ fn params(pressure: f64, guess: Option<f64>) -> Params {
     }
 }
 
+fn found(params: &Params) -> Coexistence {
+    run(params, &BTreeMap::new(), Isa::best(), &Ctx::quiet()).unwrap()
+}
+
 /// At zero pressure, from a start that is a fifth too cold.
-static FREE: LazyLock<Coexistence> =
-    LazyLock::new(|| TwoPhases::run(&params(0.0, Some(1050.0)), (), &Ctx::quiet()).unwrap());
+static FREE: LazyLock<Coexistence> = LazyLock::new(|| found(&params(0.0, Some(1050.0))));
 
 /// 1327 K is what is published for this potential (Y. Mishin et al. (2001), from coexistence). Copper itself: entropy of
 /// melting 9.8 J/mol/K and a slope of 42 to 45 K/GPa at 1358 K (Brand et al. 2006). Potential and copper may differ by a fifth.
@@ -61,7 +67,7 @@ fn a_start_that_one_phase_does_not_survive_is_told() {
 /// mean of both slopes (whose curve lies 5 K below), within three standard errors.
 #[test]
 fn slope_is_that_of_clausius_and_clapeyron() {
-    let high = TwoPhases::run(&params(10e9, None), (), &Ctx::quiet()).unwrap();
+    let high = found(&params(10e9, None));
     let (low, high_slope) = (FREE.slope(), high.slope());
     let (rise, foretold) = (high.temperature - FREE.temperature, 0.5 * (low.0 + high_slope.0) * 10e9);
     let error = FREE.temperature_error.hypot(high.temperature_error);

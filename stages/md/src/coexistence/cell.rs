@@ -40,6 +40,8 @@ pub struct Cell {
 pub struct Wanted<'a> {
     /// The potential.
     pub tables: &'a Tables,
+    /// Cubic edge of the lattice at rest without pressure [angstrom].
+    pub ground: f64,
     /// Pressure [eV/angstrom3].
     pub pressure: f64,
     /// Temperature of the start [K].
@@ -58,7 +60,7 @@ impl Cell {
     /// # Errors
     /// [`StageError`] where atoms leave the potential's range, the half doesn't melt, or the run is cancelled.
     pub fn new(wanted: &Wanted<'_>, isa: Isa, ctx: &Ctx<'_>) -> Result<Cell, StageError> {
-        let edge = guess::edge(wanted.tables.potential, wanted.pressure, wanted.start);
+        let edge = guess::edge(&wanted.tables.potential, wanted.ground, wanted.pressure, wanted.start);
         let sites = lattice::block(wanted.cells, [edge; 3]);
         let edges = wanted.cells.map(|n| edge * n as f64);
         let mut system = System::in_box(wanted.tables.clone(), isa, &sites, edges).map_err(StageError::physics)?;

@@ -14,25 +14,25 @@ const LINDEMANN: f64 = 0.097;
 /// Grueneisen coefficient of close-packed metals, for the thermal pressure of a first box.
 const GRUENEISEN: f64 = 2.0;
 
-/// Cubic edge [angstrom] of a crystal at `pressure` [eV/angstrom3] and `temperature` [K], with 3 k_B T and 2 for gamma.
-pub fn edge(potential: Potential, pressure: f64, temperature: f64) -> f64 {
-    let rest = lattice::equilibrium_edge(potential);
+/// Cubic edge [angstrom] of the crystal whose edge at rest without pressure is `ground`, at `pressure` [eV/angstrom3] and `temperature` [K], with 3 k_B T and 2 for gamma.
+pub fn edge(potential: &Potential, ground: f64, pressure: f64, temperature: f64) -> f64 {
     let excess = |edge: f64| {
         let atom = 0.25 * edge * edge * edge;
         lattice::at_rest(potential, edge).pressure + 3.0 * GRUENEISEN * BOLTZMANN * temperature / atom - pressure
     };
     // beyond 1.06 the lattice at rest is near its spinodal
-    bisect(0.75 * rest, 1.06 * rest, 1e-9, excess).unwrap_or(1.06 * rest)
+    bisect(0.75 * ground, 1.06 * ground, 1e-9, excess).unwrap_or(1.06 * ground)
 }
 
-/// A first guess of the melting temperature [K] at `pressure` [eV/angstrom3].
+/// A first guess of the melting temperature [K] at `pressure` [eV/angstrom3], of the crystal whose edge at rest without pressure
+/// is `ground` [angstrom].
 ///
 /// # Errors
 /// [`Fault`] where the crystal is off the potential's tables.
-pub fn melting(tables: &Tables, pressure: f64) -> Result<f64, Fault> {
+pub fn melting(tables: &Tables, ground: f64, pressure: f64) -> Result<f64, Fault> {
     let mut temperature = 1500.0;
     for _ in 0..4 {
-        let edge = edge(tables.potential, pressure, temperature);
+        let edge = edge(&tables.potential, ground, pressure, temperature);
         let reach = LINDEMANN * lattice::NEAREST * edge;
         temperature = (reach * reach * cage(tables, edge)? / (3.0 * BOLTZMANN)).clamp(100.0, 20_000.0);
     }

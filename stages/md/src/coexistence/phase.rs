@@ -24,6 +24,8 @@ pub const HOT: f64 = 2.0;
 pub struct Conditions<'a> {
     /// The potential.
     pub tables: &'a Tables,
+    /// Cubic edge of the lattice at rest without pressure [angstrom].
+    pub ground: f64,
     /// Pressure [eV/angstrom3].
     pub pressure: f64,
     /// Temperature [K].
@@ -42,7 +44,7 @@ impl Conditions<'_> {
     /// # Errors
     /// [`StageError`] where atoms leave the potential's range, or the run is cancelled.
     pub fn run(&self, melted: bool, isa: Isa, ctx: &Ctx<'_>) -> Result<PhaseAt, StageError> {
-        let edge = guess::edge(self.tables.potential, self.pressure, self.temperature);
+        let edge = guess::edge(&self.tables.potential, self.ground, self.pressure, self.temperature);
         let needed = 2.0 * (self.tables.potential.cutoff() + LEAST_SKIN) * 1.05;
         let cells = ((needed / edge).ceil() as usize).max(5);
         let sites = lattice::sites(cells, edge);
@@ -92,13 +94,13 @@ impl Conditions<'_> {
 
     /// Per mass. The motion of the centre of mass, which the run lacks, is added: 3/2 kT, in a crystal 3 kT with its place.
     fn average(&self, system: &System, volumes: &[f64], energies: &[f64], melted: bool) -> PhaseAt {
-        let potential = self.tables.potential;
+        let potential = &self.tables.potential;
         let molar = potential.molar_mass();
         let atoms = system.atoms() as f64;
         let (volume, energy) = (mean(volumes), mean(energies));
         let thermal = BOLTZMANN * self.temperature;
         let kinetic = 0.5 * (system.freedom() + if melted { 3.0 } else { 6.0 }) * thermal;
-        let rest = lattice::at_rest(potential, lattice::equilibrium_edge(potential)).energy;
+        let rest = lattice::at_rest(potential, self.ground).energy;
         let (per_volume, per_energy) = (SPECIFIC_VOLUME / molar / atoms, SPECIFIC_ENERGY / molar / atoms);
         PhaseAt {
             volume: volume.value * per_volume,
