@@ -1,5 +1,5 @@
 # The two commands of the README, `make run` and `make test`, with all the set-up they need on a fresh Debian 12.
-.PHONY: run test check pictures setup-run setup-test
+.PHONY: run test check stability pictures setup-run setup-test
 
 run: setup-run
 	cargo build --release --locked
@@ -17,6 +17,11 @@ setup-run:
 
 setup-test:
 	@sh setup.sh test
+
+# The table of hard cases, from the solver itself: some ten minutes.
+stability:
+	cargo run --release --locked -p hvi-impact --example stability > target/stability.md
+	mv target/stability.md docs/stability.md
 
 # The README's pictures, from the results of `make run`.
 pictures:

@@ -7,7 +7,6 @@ pub mod grid;
 pub mod material;
 pub mod shock;
 pub mod solid;
-pub mod thin;
 pub mod wall;
 pub mod yardstick;
 
