@@ -219,7 +219,7 @@ impl Tally {
         let id = event.node;
         let foretold = self.foretold(id);
         match &event.what {
-            What::Started { threads } => {
+            What::Started { threads, .. } => {
                 self.of_stage(plan, id).open -= foretold;
                 let (since, stage) = (Instant::now(), plan.nodes[id].stage.name);
                 self.running.insert(id, Running { since, stage, threads: *threads, foretold, told: None });

@@ -26,6 +26,8 @@ pub enum What {
     Started {
         /// Threads it was given.
         threads: usize,
+        /// Core-seconds foretold, from what such nodes took before.
+        foretold: f64,
     },
     /// It goes on from what an earlier attempt kept.
     Resumed,

@@ -82,6 +82,15 @@ impl Index {
         decode(&self.bytes[start..start + SIZE]).map(Some).ok_or(Broken)
     }
 
+    /// Keys of the results of `kind` that were added last, the last one first.
+    pub fn latest(&self, kind: &str, most: usize) -> Vec<Digest> {
+        let mut padded = [0; Entry::LONGEST_KIND];
+        let Some(place) = padded.get_mut(..kind.len()) else { return Vec::new() };
+        place.copy_from_slice(kind.as_bytes());
+        let entries = self.bytes.chunks_exact(SIZE).skip(1).rev();
+        entries.filter(|entry| entry[64..96] == padded).map(key_of).take(most).collect()
+    }
+
     /// Adds what is known of `key`. A store that can't be written keeps it in memory only.
     pub fn add(&mut self, key: Digest, known: &Known) {
         let entry = encode(key, known);

@@ -32,6 +32,9 @@ pub struct Record {
     /// When it was done, in seconds since 1970 (UTC).
     #[serde(default)]
     pub finished: u64,
+    /// Core-seconds that were foretold: what it took is held against this to foretell the next one.
+    #[serde(default)]
+    pub foretold_s: f64,
 }
 
 /// What a run needs to know of a record, and the index holds: which bytes, and what they cost.

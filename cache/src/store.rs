@@ -227,6 +227,11 @@ impl Store {
         record
     }
 
+    /// Keys of the `most` latest results of `kind`, the latest first, as far as the index knows them.
+    pub fn latest(&self, kind: &str, most: usize) -> Vec<Digest> {
+        self.index().latest(kind, most)
+    }
+
     /// Publishes what came of `recipe`.
     ///
     /// # Errors

@@ -28,6 +28,7 @@ fn record(output: Digest, bytes: usize) -> Record {
         threads: 2,
         cores: 4,
         finished: 1_700_000_000,
+        foretold_s: 1.0,
     }
 }
 
@@ -50,6 +51,17 @@ fn on_shelf(folder: &Path, shelf: &str, d: Digest) -> PathBuf {
 
 fn whole(store: &Store, key: Digest) -> bool {
     matches!(store.find(key), Found::Whole(_))
+}
+
+#[test]
+fn the_latest_results_of_a_kind_come_first() {
+    let folder = tempfile::tempdir().unwrap();
+    let store = Store::open(folder.path()).unwrap();
+    let keys: Vec<Digest> = (1..=3).map(|n| store_result(&store, n).0).collect();
+    for store in [&store, &Store::open(folder.path()).unwrap()] {
+        assert_eq!(store.latest("test/1", 2), [keys[2], keys[1]]);
+        assert!(store.latest("other/1", 2).is_empty());
+    }
 }
 
 #[test]

@@ -32,7 +32,8 @@ pub struct Coordinator<'a> {
     looked_up: usize,
     /// Nodes that the store has no result for, not yet queued for work.
     missed: Vec<NodeId>,
-    /// Rank of each node in the queue; made when the first node has to run.
+    /// Core-seconds foretold for each node, and its rank in the queue; made when the first node has to run.
+    foretold: Vec<f64>,
     ways: Vec<f64>,
     waiting: Waiting,
     machine: Machine,
@@ -80,6 +81,7 @@ impl<'a> Coordinator<'a> {
             known,
             looked_up: 0,
             missed: Vec::new(),
+            foretold: Vec::new(),
             ways: Vec::new(),
             waiting: Waiting::default(),
             machine: Machine::new(options.jobs, options.memory),
@@ -177,9 +179,9 @@ impl<'a> Coordinator<'a> {
     /// Queues what has to run, ranked by the longest way to the end.
     fn queue(&mut self) {
         if self.ways.is_empty() && !self.missed.is_empty() {
-            let seconds = self.foretell();
-            self.options.listener.outlook(self.plan, &seconds);
-            self.ways = self.graph.longest_ways(&seconds);
+            self.foretold = self.foretell();
+            self.options.listener.outlook(self.plan, &self.foretold);
+            self.ways = self.graph.longest_ways(&self.foretold);
         }
         for id in std::mem::take(&mut self.missed) {
             self.enqueue(id);
@@ -192,17 +194,11 @@ impl<'a> Coordinator<'a> {
         self.waiting.push(id, self.ways[id], needs.threads, self.machine.asked(needs.memory));
     }
 
-    /// Core-seconds foretold for each node that isn't settled: by its stage, as far off as hits of this plan were.
+    /// Core-seconds foretold for each node that isn't settled, 0 for the others.
     fn foretell(&self) -> Vec<f64> {
-        let mut times = Times::default();
-        for (node, outcome) in self.plan.nodes.iter().zip(&self.outcomes) {
-            if let Some(Outcome::Hit(entry)) = outcome {
-                times.learn(node.stage.name, node.cost, f64::from(entry.wall_s));
-            }
-        }
-        let times = times.ready();
-        let open = self.plan.nodes.iter().zip(&self.outcomes);
-        open.map(|(node, o)| if o.is_some() { 0.0 } else { times.predict(node.stage.name, node.cost) }).collect()
+        let times = Times::of(self.plan, &self.outcomes, self.store);
+        let nodes = self.plan.nodes.iter().zip(&self.outcomes);
+        nodes.map(|(node, o)| if o.is_some() { 0.0 } else { times.predict(node.stage.name, node.cost) }).collect()
     }
 
     fn hand_out(&mut self, begin: &dyn Fn(Job)) {
@@ -227,7 +223,7 @@ impl<'a> Coordinator<'a> {
             let cancel = Arc::new(Cancel::default());
             let job = Job { id, recipe: self.recipe(id), key, threads: share.threads, cancel: cancel.clone(), claim };
             self.running.insert(id, Running { share, cancel, since: Instant::now(), out_of_time: false });
-            self.tell(id, What::Started { threads: share.threads });
+            self.tell(id, What::Started { threads: share.threads, foretold: self.foretold[id] });
             begin(job);
         }
     }

@@ -1,5 +1,11 @@
 //! How long a node will take: the cost its stage predicts, scaled by how such predictions did so far.
-use std::collections::HashMap;
+use super::Outcome;
+use crate::plan::Plan;
+use hvi_cache::Store;
+use std::collections::{BTreeSet, HashMap};
+
+/// Records of a kind that are looked at, the latest ones: each costs two small files to read.
+const LOOKED_AT: usize = 16;
 
 /// What is known of the times that stages took.
 #[derive(Default)]
@@ -9,17 +15,35 @@ pub struct Times {
 }
 
 impl Times {
+    /// What hits of this plan took and, for stages without one, the latest results in the store.
+    pub fn of(plan: &Plan, outcomes: &[Option<Outcome>], store: &Store) -> Times {
+        let (mut times, mut unknown) = (Times::default(), BTreeSet::new());
+        for (node, outcome) in plan.nodes.iter().zip(outcomes) {
+            match outcome {
+                Some(Outcome::Hit(entry)) => times.learn(node.stage.name, node.cost, f64::from(entry.wall_s)),
+                Some(_) => {}
+                None => drop(unknown.insert((node.stage.output, node.stage.name))),
+            }
+        }
+        unknown.retain(|(_, stage)| !times.known.contains_key(stage));
+        for (kind, stage) in unknown {
+            for key in store.latest(kind, LOOKED_AT) {
+                if let (Some(recipe), Some(record)) = (store.recipe(key), store.lookup(key))
+                    && recipe.stage == stage
+                {
+                    times.learn(stage, record.foretold_s, record.wall_s * record.threads as f64);
+                }
+            }
+        }
+        times.known.values_mut().for_each(|all| all.sort_by(|a, b| a.0.total_cmp(&b.0)));
+        times
+    }
+
     /// Adds that a node of `stage`, predicted to take `cost` core-seconds, took `seconds` of them.
-    pub fn learn(&mut self, stage: &'static str, cost: f64, seconds: f64) {
+    fn learn(&mut self, stage: &'static str, cost: f64, seconds: f64) {
         if cost > 0.0 && seconds > 0.0 {
             self.known.entry(stage).or_default().push((cost, seconds));
         }
-    }
-
-    /// Ends the learning.
-    pub fn ready(mut self) -> Times {
-        self.known.values_mut().for_each(|all| all.sort_by(|a, b| a.0.total_cmp(&b.0)));
-        self
     }
 
     /// Core-seconds that a node of `stage` will take, predicted to take `cost`: as far off as the nearest one on record
@@ -45,7 +69,7 @@ mod tests {
             times.learn("md", cost, seconds);
         }
         times.learn("md", 0.0, 1.0);
-        let times = times.ready();
+        times.known.get_mut("md").unwrap().sort_by(|a, b| a.0.total_cmp(&b.0));
         for (cost, expected) in [(1.0, 2.0), (0.5, 1.0), (9.0, 18.0), (11.0, 5.5), (1000.0, 500.0)] {
             assert_eq!(times.predict("md", cost), expected, "{cost}");
         }

@@ -1,7 +1,7 @@
 //! One node on a thread of its own: inputs in, the stage run, what came of it recorded.
 use super::Options;
 use crate::events::{Event, What};
-use crate::plan::{Input, NodeId, Plan};
+use crate::plan::{Input, Node, NodeId, Plan};
 use crate::registry;
 use hvi_cache::{Claim, Entry, Record};
 use hvi_kit::{Cancel, Ctx, Digest, Host, LoadError, Made, Recipe, Slot, StageError, Store};
@@ -67,7 +67,7 @@ pub fn compute(plan: &Plan, job: Job, store: &Store, options: &Options<'_>) -> C
             return Came::Failed { why, transient: false };
         }
     };
-    let record = record(&made, stage.output, start.elapsed(), cpu_seconds() - cpu, job.threads);
+    let record = record(&made, &plan.nodes[job.id], start.elapsed(), cpu_seconds() - cpu, job.threads);
     if let Err(e) = store.record(&job.recipe, &record) {
         return Came::Failed { why: e.to_string(), transient: true };
     }
@@ -106,10 +106,10 @@ fn failed(error: &StageError, recipe: &Recipe, store: &Store) -> Came {
     Came::Failed { why: error.to_string(), transient }
 }
 
-fn record(made: &Made, kind: &str, wall: Duration, cpu_s: f64, threads: usize) -> Record {
+fn record(made: &Made, node: &Node, wall: Duration, cpu_s: f64, threads: usize) -> Record {
     Record {
         output: made.output,
-        kind: kind.into(),
+        kind: node.stage.output.into(),
         bytes: made.bytes,
         wall_s: wall.as_secs_f64(),
         cpu_s,
@@ -119,6 +119,7 @@ fn record(made: &Made, kind: &str, wall: Duration, cpu_s: f64, threads: usize) -
         threads,
         cores: std::thread::available_parallelism().map_or(1, usize::from),
         finished: std::time::UNIX_EPOCH.elapsed().map_or(0, |since| since.as_secs()),
+        foretold_s: node.cost,
     }
 }
 

@@ -80,6 +80,25 @@ fn a_node_out_of_time_fails_and_goes_on_later() {
     assert_eq!(project.hvi(&["run", "study.toml", "--timeout", "soon"]).code, 2);
 }
 
+/// What a node took foretells the next one of its stage, also in another study.
+#[test]
+fn records_foretell_times() {
+    let project = Project::new(SLOW);
+    let foretold = |out: &str| -> f64 {
+        let lines = out.lines().map(|line| serde_json::from_str::<serde_json::Value>(line).unwrap());
+        lines.filter(|line| line["event"] == "started").map(|line| line["foretold"].as_f64().unwrap()).sum()
+    };
+    let ran = |out: &str| -> f64 {
+        let lines = out.lines().map(|line| serde_json::from_str::<serde_json::Value>(line).unwrap());
+        lines.filter(|line| line["event"] == "ran").map(|line| line["seconds"].as_f64().unwrap()).sum()
+    };
+    let first = project.hvi(&["run", "study.toml", "--json"]);
+    project.write("other.toml", &SLOW.replace("2 km/s", "2.001 km/s"));
+    let second = project.hvi(&["run", "other.toml", "--json"]);
+    // Both predict the same cost, to a thousandth; then what the first took is what is foretold.
+    assert!((foretold(&second.out) / ran(&first.out) - 1.0).abs() < 0.01, "{}{}", first.out, second.out);
+}
+
 /// Many runs at once: each result is computed by one of them.
 #[test]
 fn runs_at_once_share_the_work() {
