@@ -10,7 +10,7 @@ use hvi_md::{Chain, Potential, System, Tables, lammps, lattice};
 
 const TABLE: &str = "/usr/share/lammps/potentials/Cu_mishin1.eam.alloy";
 /// Steps times atoms of one measurement.
-const WORK: usize = 1_000_000;
+const WORK: usize = 400_000;
 const PAIRS: usize = 5;
 const SKINS: [f64; 3] = [0.5, 0.8, 1.0];
 
@@ -47,11 +47,11 @@ fn measure(atoms: usize, temperature: f64, isa: Isa, table: Option<&[u8]>) {
     let mut run = |system: &mut System, steps: usize| {
         (0..steps).for_each(|_| system.advance(0.002, Some(&mut chain)).expect("it runs"));
     };
-    for _ in 0..60 {
+    for _ in 0..30 {
         run(&mut system, 10);
         system.scale(temperature);
     }
-    let steps = (WORK / sites.len()).max(20);
+    let steps = (WORK / sites.len()).max(25);
     let per = 1.0 / (steps * sites.len()) as f64;
     let skin = table.map(|table| {
         let time = |skin: &f64| its_time(&system, &sites, &potential, temperature, steps, *skin, table);

@@ -53,10 +53,13 @@ impl Kernel for Forces<'_> {
     }
 }
 
-/// Nearest image of `at - other`, by component.
+/// Nearest image of `at - other`, by component; `wraps` is false where that is `at - other` itself, which has the same bits.
 #[inline(always)]
-fn apart<L: Lanes>(l: L, at: [L::F; 3], other: [L::F; 4], periodic: [[L::F; 2]; 3]) -> [L::F; 3] {
+fn apart<L: Lanes>(l: L, at: [L::F; 3], other: [L::F; 4], periodic: [[L::F; 2]; 3], wraps: bool) -> [L::F; 3] {
     let (x, y, z) = (l.sub(at[0], other[0]), l.sub(at[1], other[1]), l.sub(at[2], other[2]));
+    if !wraps {
+        return [x, y, z];
+    }
     let [[a, per_a], [b, per_b], [c, per_c]] = periodic;
     let x = l.fnma(l.round(l.mul(x, per_a)), a, x);
     let y = l.fnma(l.round(l.mul(y, per_b)), b, y);
@@ -112,19 +115,19 @@ impl Forces<'_> {
             let [x, y, z, _] = self.position[i];
             let at = [l.splat(x), l.splat(y), l.splat(z)];
             let mut sum = l.splat(0.0);
-            for v in self.list.start[i] as usize..self.list.start[i + 1] as usize {
-                let neighbours = &self.list.vectors[v];
-                let [x, y, z] = apart(l, at, l.gather(self.position, neighbours), periodic);
+            let (row, wraps) = (self.list.row(i), self.list.wraps[i]);
+            let room = self.kept[row.clone()].iter_mut().zip(&mut self.active[row.clone()]);
+            for (neighbours, (kept, active)) in self.list.vectors[row].iter().zip(room) {
+                let [x, y, z] = apart(l, at, l.gather(self.position, neighbours), periodic, wraps);
                 let r2 = l.fma(z, z, l.fma(y, y, l.mul(x, x)));
-                let active = l.less(r2, cutoff2) != 0;
-                self.active[v] = active;
-                if !active {
+                *active = l.less(r2, cutoff2) != 0;
+                if !*active {
                     continue;
                 }
                 nearest2 = l.min(r2, nearest2);
                 let [phi, phi_slope, f, f_slope] = look_up::<L, ROOT>(l, self.tables, l.below(r2, cutoff2, beyond));
-                l.store(phi_slope, &mut self.kept[v][0]);
-                l.store(f_slope, &mut self.kept[v][1]);
+                l.store(phi_slope, &mut kept[0]);
+                l.store(f_slope, &mut kept[1]);
                 energy = l.add(energy, phi);
                 sum = l.add(sum, f);
                 l.scatter_add(self.density, neighbours, f);
@@ -163,14 +166,15 @@ impl Forces<'_> {
             let at = [l.splat(x), l.splat(y), l.splat(z)];
             let slope = l.splat(slope);
             let mut sum = [zero; 3];
-            for v in self.list.start[i] as usize..self.list.start[i + 1] as usize {
-                if !self.active[v] {
+            let (row, wraps) = (self.list.row(i), self.list.wraps[i]);
+            let kept = self.kept[row.clone()].iter().zip(&self.active[row.clone()]);
+            for (neighbours, (kept, active)) in self.list.vectors[row].iter().zip(kept) {
+                if !active {
                     continue;
                 }
-                let neighbours = &self.list.vectors[v];
                 let other = l.gather(self.position, neighbours);
-                let d = apart(l, at, other, periodic);
-                let (phi_slope, f_slope) = (l.load(&self.kept[v][0]), l.load(&self.kept[v][1]));
+                let d = apart(l, at, other, periodic, wraps);
+                let (phi_slope, f_slope) = (l.load(&kept[0]), l.load(&kept[1]));
                 // what was looked up past the cut-off is exactly 0, and so are these
                 let pull = l.sub(zero, l.fma(l.add(slope, other[3]), f_slope, phi_slope));
                 let f = [l.mul(pull, d[0]), l.mul(pull, d[1]), l.mul(pull, d[2])];

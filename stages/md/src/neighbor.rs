@@ -12,6 +12,8 @@ pub struct List {
     pub start: Vec<u32>,
     /// Neighbours by eight; `atoms` where there is none.
     pub vectors: Vec<[u32; 8]>,
+    /// Whether atom i is so near a face of the box that neighbours can be images: `[atoms]`.
+    pub wraps: Vec<bool>,
 }
 
 /// Cells over the periodic box, cell `(z m_y + y) m_x + x`, and the atoms in them.
@@ -112,6 +114,10 @@ impl Kernel for Build<'_> {
         let (mut runs, m) = (Vec::new(), self.cells.per_edge);
         self.list.start.clear();
         self.list.vectors.clear();
+        let (reach, edges) = (self.squares[1].sqrt(), self.edges);
+        let near_face = |p: &[f64; 4]| (0..3).any(|k| p[k] < reach || p[k] > edges[k] - reach);
+        self.list.wraps.clear();
+        self.list.wraps.extend(self.position[..n].iter().map(near_face));
         self.list.start.push(0);
         for c in 0..m[0] * m[1] * m[2] {
             self.cells.runs([c % m[0], c / m[0] % m[1], c / m[0] / m[1]], &mut runs);
@@ -152,6 +158,12 @@ fn nearest_image<L: Lanes>(l: L, at: L::F, other: &[f64; 8], [edge, per_edge]: [
 }
 
 impl List {
+    /// Vectors of atom `i`.
+    #[inline(always)]
+    pub fn row(&self, i: usize) -> std::ops::Range<usize> {
+        self.start[i] as usize..self.start[i + 1] as usize
+    }
+
     /// Appends the first `length` of `row` as a row, its last vector filled up with `nobody`.
     #[inline(always)]
     fn push(&mut self, nobody: u32, row: &mut [u32], length: usize) {

@@ -1,7 +1,15 @@
 //! Eight lanes in two 256-bit registers.
-use super::{Kernel, Lanes};
+use super::{Kernel, Lanes, load_one};
 use crate::table::Line;
 use std::arch::x86_64::*;
+
+/// Instructions that need nothing but the processor's features, which `self` proves.
+macro_rules! avx {
+    ($e:expr) => {{
+        // SAFETY: an `Avx2` exists only where `detect` found the features that the intrinsics need.
+        unsafe { $e }
+    }};
+}
 
 /// Proof that the processor has AVX2, FMA, POPCNT and BMI: made by [`Avx2::detect`] alone.
 #[derive(Clone, Copy, Debug)]
@@ -17,6 +25,19 @@ impl Avx2 {
             && is_x86_feature_detected!("bmi2");
         has.then_some(Avx2(()))
     }
+
+    /// Stops the program unless all of `at` are below `end`.
+    #[inline(always)]
+    fn check(self, at: &[u32; 8], end: usize) {
+        let past = avx!({
+            let (at, end) =
+                (_mm256_loadu_si256(at.as_ptr().cast()), _mm256_set1_epi32(end.min(u32::MAX as usize) as i32));
+            _mm256_movemask_epi8(_mm256_cmpeq_epi32(_mm256_max_epu32(at, end), at)) != 0
+        });
+        if past {
+            super::past_the_end(at, end);
+        }
+    }
 }
 
 /// Runs `kernel`, compiled for AVX2.
@@ -27,14 +48,6 @@ pub fn run<K: Kernel>(lanes: Avx2, kernel: K) -> K::Out {
     }
     // SAFETY: `lanes` proves that the processor has the features.
     unsafe { compiled(lanes, kernel) }
-}
-
-/// Instructions that need nothing but the processor's features, which `self` proves.
-macro_rules! avx {
-    ($e:expr) => {{
-        // SAFETY: an `Avx2` exists only where `detect` found the features that the intrinsics need.
-        unsafe { $e }
-    }};
 }
 
 /// Lanes 0 to 3, and 4 to 7.
@@ -134,7 +147,9 @@ impl Lanes for Avx2 {
     }
     #[inline(always)]
     fn gather(self, from: &[[f64; 4]], at: &[u32; 8]) -> [F; 4] {
-        let row = |k: usize| from[at[k] as usize].as_ptr();
+        self.check(at, from.len());
+        // SAFETY: `check` found all of them within.
+        let row = |k: usize| unsafe { from.get_unchecked(at[k] as usize) }.as_ptr();
         let r = [row(0), row(1), row(2), row(3), row(4), row(5), row(6), row(7)];
         // SAFETY: each of the pointers is to a row of four doubles, and `self` proves AVX2.
         let (low, high) =
@@ -148,7 +163,9 @@ impl Lanes for Avx2 {
             _mm_storeu_si128(index.as_mut_ptr().cast(), _mm256_cvttpd_epi32(at[0]));
             _mm_storeu_si128(index[4..].as_mut_ptr().cast(), _mm256_cvttpd_epi32(at[1]));
         });
-        let row = |k: usize| from[index[k] as usize].0.as_ptr();
+        self.check(&index, from.len());
+        // SAFETY: `check` found all of them within.
+        let row = |k: usize| unsafe { from.get_unchecked(load_one(&index, k) as usize) }.0.as_ptr();
         let r = [row(0), row(1), row(2), row(3), row(4), row(5), row(6), row(7)];
         // SAFETY: each of the pointers is to a line of eight doubles, and `self` proves AVX2.
         unsafe {
@@ -172,16 +189,21 @@ impl Lanes for Avx2 {
     fn scatter_add(self, to: &mut [f64], at: &[u32; 8], a: F) {
         let mut lanes = [0.0; 8];
         self.store(a, &mut lanes);
+        self.check(at, to.len());
         for k in 0..8 {
-            to[at[k] as usize] += lanes[k];
+            // SAFETY: `check` found all of them within.
+            let sum = unsafe { to.get_unchecked_mut(at[k] as usize) };
+            *sum += load_one(&lanes, k);
         }
     }
     #[inline(always)]
     fn scatter_sub(self, to: &mut [[f64; 4]], at: &[u32; 8], [x, y, z]: [F; 3]) {
+        self.check(at, to.len());
         for half in 0..2 {
             let rows = avx!(transpose4([x[half], y[half], z[half], _mm256_setzero_pd()]));
             for k in 0..4 {
-                let row = &mut to[at[4 * half + k] as usize];
+                // SAFETY: `check` found all of them within.
+                let row = unsafe { to.get_unchecked_mut(at[4 * half + k] as usize) };
                 avx!(_mm256_storeu_pd(row.as_mut_ptr(), _mm256_sub_pd(_mm256_loadu_pd(row.as_ptr()), rows[k])));
             }
         }

@@ -1,7 +1,15 @@
 //! Eight lanes in one 512-bit register.
-use super::{Kernel, Lanes};
+use super::{Kernel, Lanes, load_one};
 use crate::table::Line;
 use std::arch::x86_64::*;
+
+/// Instructions that need nothing but the processor's features, which `self` proves.
+macro_rules! avx {
+    ($e:expr) => {{
+        // SAFETY: an `Avx512` exists only where `detect` found the features that the intrinsics need.
+        unsafe { $e }
+    }};
+}
 
 /// Proof that the processor has AVX-512 F, VL and DQ, AVX2, FMA, POPCNT and BMI: made by [`Avx512::detect`] alone.
 #[derive(Clone, Copy, Debug)]
@@ -20,6 +28,19 @@ impl Avx512 {
             && is_x86_feature_detected!("bmi2");
         has.then_some(Avx512(()))
     }
+
+    /// Stops the program unless all of `at` are below `end`.
+    #[inline(always)]
+    fn check(self, at: &[u32; 8], end: usize) {
+        let past = avx!({
+            let (at, end) =
+                (_mm256_loadu_si256(at.as_ptr().cast()), _mm256_set1_epi32(end.min(u32::MAX as usize) as i32));
+            _mm256_cmpge_epu32_mask(at, end) != 0
+        });
+        if past {
+            super::past_the_end(at, end);
+        }
+    }
 }
 
 /// Runs `kernel`, compiled for AVX-512.
@@ -30,14 +51,6 @@ pub fn run<K: Kernel>(lanes: Avx512, kernel: K) -> K::Out {
     }
     // SAFETY: `lanes` proves that the processor has the features.
     unsafe { compiled(lanes, kernel) }
-}
-
-/// Instructions that need nothing but the processor's features, which `self` proves.
-macro_rules! avx {
-    ($e:expr) => {{
-        // SAFETY: an `Avx512` exists only where `detect` found the features that the intrinsics need.
-        unsafe { $e }
-    }};
 }
 
 impl Lanes for Avx512 {
@@ -116,7 +129,9 @@ impl Lanes for Avx512 {
     }
     #[inline(always)]
     fn gather(self, from: &[[f64; 4]], at: &[u32; 8]) -> [__m512d; 4] {
-        let row = |k: usize| from[at[k] as usize].as_ptr();
+        self.check(at, from.len());
+        // SAFETY: `check` found all of them within.
+        let row = |k: usize| unsafe { from.get_unchecked(at[k] as usize) }.as_ptr();
         avx!({
             let z0 = pair(row(0), row(4));
             let z1 = pair(row(1), row(5));
@@ -129,7 +144,9 @@ impl Lanes for Avx512 {
     fn gather_lines(self, from: &[Line], at: __m512d) -> [__m512d; 8] {
         let mut index = [0u32; 8];
         avx!(_mm256_storeu_si256(index.as_mut_ptr().cast(), _mm512_cvttpd_epi32(at)));
-        let row = |k: usize| from[index[k] as usize].0.as_ptr();
+        self.check(&index, from.len());
+        // SAFETY: `check` found all of them within.
+        let row = |k: usize| unsafe { from.get_unchecked(load_one(&index, k) as usize) }.0.as_ptr();
         avx!({
             let r = [row(0), row(1), row(2), row(3), row(4), row(5), row(6), row(7)];
             transpose8([
@@ -148,18 +165,22 @@ impl Lanes for Avx512 {
     fn scatter_add(self, to: &mut [f64], at: &[u32; 8], a: __m512d) {
         let mut lanes = [0.0; 8];
         self.store(a, &mut lanes);
+        self.check(at, to.len());
         for k in 0..8 {
-            to[at[k] as usize] += lanes[k];
+            // SAFETY: `check` found all of them within.
+            let sum = unsafe { to.get_unchecked_mut(at[k] as usize) };
+            *sum += load_one(&lanes, k);
         }
     }
     #[inline(always)]
     fn scatter_sub(self, to: &mut [[f64; 4]], at: &[u32; 8], [x, y, z]: [__m512d; 3]) {
         let rows = avx!(transpose4([x, y, z, _mm512_setzero_pd()]));
-        for k in 0..4 {
-            subtract(&mut to[at[k] as usize], avx!(_mm512_castpd512_pd256(rows[k])));
-        }
-        for k in 0..4 {
-            subtract(&mut to[at[k + 4] as usize], avx!(_mm512_extractf64x4_pd::<1>(rows[k])));
+        self.check(at, to.len());
+        for k in 0..8 {
+            let row = rows[k & 3];
+            let row = avx!(if k < 4 { _mm512_castpd512_pd256(row) } else { _mm512_extractf64x4_pd::<1>(row) });
+            // SAFETY: `check` found all of them within.
+            subtract(unsafe { to.get_unchecked_mut(at[k] as usize) }, row);
         }
     }
     #[inline(always)]

@@ -60,6 +60,20 @@ pub trait Lanes: Copy {
     fn compress(self, to: &mut [u32; 8], first: u32, mask: u8) -> usize;
 }
 
+/// Element `k` of `array`, loaded by itself: compilers would rather shuffle it out of the register that `array` was stored
+/// from, which costs more.
+#[inline(always)]
+fn load_one<T: Copy>(array: &[T; 8], k: usize) -> T {
+    // SAFETY: a reference to an element may be read from.
+    unsafe { std::ptr::read_volatile(&array[k]) }
+}
+
+/// What is said of an index past the end: kernels check eight at a time.
+#[cold]
+fn past_the_end(at: &[u32; 8], end: usize) -> ! {
+    panic!("an index of {at:?} is not below {end}")
+}
+
 /// A piece of work that runs on any lanes.
 pub trait Kernel {
     /// What it returns.
