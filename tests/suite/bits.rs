@@ -17,6 +17,17 @@ equilibration = "0.3 ps"
 shortest = "0.3 ps"
 longest = "0.6 ps"
 sweep = { volume_ratio = "1.06 .. 0.7 in 7", temperature = ["300 K", "1500 K", "6000 K"] }
+[step.melting]
+use = "md.coexistence"
+potential = "mishin-2001"
+guess = "1450 K"
+across = 4
+along = 8
+settling = "0.5 ps"
+shortest = "5 ps"
+longest = "5 ps"
+alone = "1 ps"
+target_error = "1000 K"
 [step.copper]
 use = "eos.gray"
 states = "@states[*]"
