@@ -1,5 +1,5 @@
 # The two commands of the README, `make run` and `make test`, with all the set-up they need on a fresh Debian 12.
-.PHONY: run test check stability pictures setup-run setup-test
+.PHONY: run test check stability pictures setup-run setup-test kills
 
 run: setup-run
 	cargo build --release --locked
@@ -30,3 +30,7 @@ pictures:
 	cp "out/copper/film_al_on_cu/exposures=5-us/Phases-at-5-us.png" docs/pictures/al_on_cu_phases.png
 	cp "out/copper/film_cu_on_al/Film-side-view-2-us-3-us-5-us.png" docs/pictures/cu_on_al_film.png
 	cp out/copper/hugoniot/Hugoniot-computed-and-measured.svg docs/pictures/hugoniot.svg
+
+# Runs killed with kill -9 at 200 random times: wrong and lost results are counted, and must be none.
+kills: setup-test
+	HVI_KILLS=200 cargo test --locked --test all kills_at_random_times -- --nocapture
