@@ -99,14 +99,7 @@ fn its_time(
         );
     let log = lammps::run(&script, &[("data", atoms.as_bytes()), ("potential", table)], &[], &Cancel::default());
     let log = log.unwrap_or_else(|e| panic!("{e}")).pop().expect("the log is the last");
-    // the second run's loop: its wall time, and the share of it that was on a core
-    let wall = log
-        .lines()
-        .rfind(|l| l.starts_with("Loop time of"))
-        .and_then(|l| l.split_whitespace().nth(3)?.parse::<f64>().ok());
-    let share =
-        log.lines().rfind(|l| l.contains("% CPU use")).and_then(|l| l.trim().split('%').next()?.parse::<f64>().ok());
-    wall.expect("LAMMPS tells its time") * share.expect("and its share of a core") * 1e7
+    lammps::loop_time(&log).expect("LAMMPS tells its time") * 1e9
 }
 
 fn median(mut of: Vec<f64>) -> f64 {

@@ -52,6 +52,13 @@ pub fn run(script: &str, files: &[(&str, &[u8])], wanted: &[&str], cancel: &Canc
     }
 }
 
+/// Core-seconds of the loop of the last run in LAMMPS' log: its wall time times its share of a core.
+pub fn loop_time(log: &str) -> Option<f64> {
+    let wall = log.lines().rfind(|l| l.starts_with("Loop time of"))?.split_whitespace().nth(3)?;
+    let share = log.lines().rfind(|l| l.contains("% CPU use"))?.trim().split('%').next()?;
+    Some(wall.parse::<f64>().ok()? * share.parse::<f64>().ok()? * 0.01)
+}
+
 /// Atoms of one kind as a file for LAMMPS' `read_data`: `[atoms][3]` [angstrom] in a box of edges `edges` [angstrom], with
 /// velocities [angstrom/ps] if there are any.
 pub fn data(positions: &[[f64; 3]], velocities: &[[f64; 3]], edges: [f64; 3], molar_mass: f64) -> String {
