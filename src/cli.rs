@@ -1,7 +1,7 @@
 //! The command line: which commands there are, and their exit codes.
-use crate::commands::{Stop, explain, plan, run, stages};
+use crate::commands::{Stop, cache, compare, diff, explain, graph, init, plan, run, schema, shell, stages, status};
 use crate::console::warn;
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use std::process::ExitCode;
 
 /// Cached multiscale workflows for hypervelocity impact.
@@ -12,7 +12,8 @@ struct Cli {
     command: Command,
 }
 
-const EXIT_CODES: &str = "Exit codes: 0 done; 1 a step failed; 2 the input is wrong; 130 interrupted.";
+const EXIT_CODES: &str = "To begin: hvi-flow init, then hvi-flow run first.toml\n\
+    Exit codes: 0 done; 1 a step failed; 2 the input is wrong; 130 interrupted.";
 
 #[derive(Subcommand)]
 enum Command {
@@ -22,8 +23,26 @@ enum Command {
     Plan(plan::Args),
     /// Say why results would be computed again, field by field, and what counts in a key
     Explain(explain::Args),
-    /// List the stages a step can use
-    Stages,
+    /// Show what of a study is in the store, what is at work, the last runs and their failures
+    Status(status::Args),
+    /// Show a step's results side by side: what the sweep sets and what came of it
+    Compare(compare::Args),
+    /// Show two runs side by side: parameters and results
+    Diff(diff::Args),
+    /// Draw the steps of a pipeline as DOT or Mermaid
+    Graph(graph::Args),
+    /// Look after the store: count, verify, repair, remove
+    Cache(cache::Args),
+    /// Write a small commented pipeline to begin with
+    Init(init::Args),
+    /// List the stages a step can use, or all their keys
+    Stages(stages::Args),
+    /// Print the JSON schema of pipeline files, for editors
+    Schema,
+    /// Print a script that completes commands in a shell
+    Completions(shell::Completions),
+    /// Print the manual page
+    Man(shell::Man),
 }
 
 /// Runs the program.
@@ -32,7 +51,16 @@ pub fn main() -> ExitCode {
         Command::Run(args) => run::run(&args),
         Command::Plan(args) => plan::run(&args),
         Command::Explain(args) => explain::run(&args),
-        Command::Stages => stages::run(),
+        Command::Status(args) => status::run(&args),
+        Command::Compare(args) => compare::run(&args),
+        Command::Diff(args) => diff::run(&args),
+        Command::Graph(args) => graph::run(&args),
+        Command::Cache(args) => cache::run(&args),
+        Command::Init(args) => init::run(&args),
+        Command::Stages(args) => stages::run(&args),
+        Command::Schema => schema::run(),
+        Command::Completions(args) => shell::completions(&args, Cli::command()),
+        Command::Man(args) => shell::man(&args, Cli::command()),
     };
     done.unwrap_or_else(|stop| match stop {
         Stop::Mistake(mistake) => {

@@ -1,8 +1,16 @@
 //! The commands, one file each, and what they share: the study they look at, its store, and how they end.
+pub mod cache;
+pub mod compare;
+pub mod diff;
 pub mod explain;
+pub mod graph;
+pub mod init;
 pub mod plan;
 pub mod run;
+pub mod schema;
+pub mod shell;
 pub mod stages;
+pub mod status;
 use crate::mistake::Mistake;
 use crate::pipeline::{self, Pipeline};
 use crate::plan::Plan;
@@ -96,6 +104,23 @@ impl StoreArgs {
             folder.ok_or_else(|| Stop::Machine("there is no folder for the store: give one with --store".into()))?;
         Ok(Store::open(folder)?)
     }
+}
+
+/// Rows in aligned columns, the first one the heading; columns of numbers stand to the right.
+pub fn columns(rows: &[Vec<String>]) -> String {
+    let count = rows.iter().map(Vec::len).max().unwrap_or(0);
+    let cells = |i: usize| rows.iter().filter_map(move |row| row.get(i));
+    let width: Vec<usize> = (0..count).map(|i| cells(i).map(|c| c.chars().count()).max().unwrap_or(0)).collect();
+    let is_number = |c: &String| c.is_empty() || c.parse::<f64>().is_ok();
+    let right: Vec<bool> = (0..count).map(|i| cells(i).skip(1).all(is_number)).collect();
+    let line = |row: &Vec<String>| {
+        let cell = |(i, c): (usize, &String)| {
+            let space = " ".repeat(width[i] - c.chars().count());
+            if right[i] { format!("{space}{c}") } else { format!("{c}{space}") }
+        };
+        row.iter().enumerate().map(cell).collect::<Vec<_>>().join("  ").trim_end().to_string()
+    };
+    rows.iter().map(line).collect::<Vec<_>>().join("\n")
 }
 
 /// Where results for people go.

@@ -1,7 +1,7 @@
 //! What `run` would do with each node, and why: follows the plan through the store, runs nothing.
 //!
 //! The reasons are the differences of two recipes, found by the walk that makes the key.
-use crate::execute;
+use crate::execute::{self, Outcome, Report};
 use crate::history::Last;
 use crate::plan::{Input, NodeId, Plan};
 use hvi_cache::{Change, Entry, Found};
@@ -118,6 +118,20 @@ fn until(plan: &Plan, id: NodeId, store: &Store, last: &Last, output: &dyn Fn(No
         Some(recipe.changes_since(&old))
     });
     Until { first, changes: changes.unwrap_or_default(), ran_before }
+}
+
+/// The results that are in the store, as a run that computed nothing would report them.
+pub fn report(forecasts: &[Forecast]) -> Report {
+    let outcome = |f: &Forecast| match f.entry() {
+        Some(entry) => Outcome::Hit(*entry),
+        None => Outcome::Skipped("its result is not in the store".into()),
+    };
+    Report {
+        outcomes: forecasts.iter().map(outcome).collect(),
+        keys: forecasts.iter().map(|f| f.key).collect(),
+        seconds: 0.0,
+        hold: None,
+    }
 }
 
 /// Fields that a line names; the rest is counted.

@@ -17,6 +17,7 @@
 //! | `cli.rs`, `commands.rs`, `commands/` | the command line, one file a command |
 //! | `pipeline.rs`, `value.rs`, `sweep.rs` | the pipeline file as written, with places for messages |
 //! | `plan.rs`, `reference.rs` | references resolved, ports matched, parameters checked, order |
+//! | `schema.rs`, `reference_page.rs` | from the stages' types: the pipeline file's JSON schema, and `docs/stages.md` |
 //! | `registry.rs` | every stage, and the digest of its code (`build.rs` makes it) |
 //! | `execute.rs`, `execute/` | lookup, packing into cores and memory, workers, failures, cancel |
 //! | `forecast.rs`, `history.rs` | what a run would do and why; what earlier runs did |
@@ -46,7 +47,9 @@ pub mod outputs;
 pub mod pipeline;
 pub mod plan;
 pub mod reference;
+pub mod reference_page;
 pub mod registry;
 pub mod report;
+pub mod schema;
 pub mod sweep;
 pub mod value;

@@ -161,7 +161,8 @@ fn digest(pipeline: &Pipeline, plan: &Plan, run: &Report) -> String {
     Digest::of(text.as_bytes()).to_string()
 }
 
-fn point(plan: &Plan, run: &Report, store: &Store, id: NodeId, unreadable: &mut Vec<String>) -> Point {
+/// Node `id` with what its result shows; what can't be read is said in `unreadable`.
+pub fn point(plan: &Plan, run: &Report, store: &Store, id: NodeId, unreadable: &mut Vec<String>) -> Point {
     let node = &plan.nodes[id];
     let (mut scalars, mut views, mut seconds) = (Vec::new(), Vec::new(), 0.0);
     let mut state = match &run.outcomes[id] {
@@ -261,8 +262,8 @@ impl Writer<'_> {
     }
 }
 
-/// A row a point: what the sweep sets, and the scalars of the results.
-fn compare(step: &str, points: &[Point]) -> Option<Table> {
+/// A row a point: what the sweep sets, and the scalars of the results; nothing where no point has a result.
+pub fn compare(step: &str, points: &[Point]) -> Option<Table> {
     let mut keys: Vec<&String> = Vec::new();
     for (key, _) in points.iter().flat_map(|p| &p.swept) {
         if !keys.contains(&key) {

@@ -11,6 +11,7 @@ mod suite {
     pub mod faults;
     pub mod language;
     pub mod project;
+    pub mod schema;
     pub mod stops;
     pub mod tidy;
 }

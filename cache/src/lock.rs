@@ -42,6 +42,11 @@ pub(crate) fn claim(path: &Path) -> io::Result<Option<Claim>> {
     }
 }
 
+/// Whether somebody holds the lock at `path`; changes nothing.
+pub(crate) fn is_held(path: &Path) -> bool {
+    File::open(path).is_ok_and(|file| matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock)))
+}
+
 /// A store in use: nothing in it is removed until this is dropped.
 #[derive(Debug)]
 pub struct InUse {

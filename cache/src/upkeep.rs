@@ -1,5 +1,6 @@
 //! Upkeep of a store: count it, verify every byte, repair it, and remove what nobody needs.
 use crate::index::{Index, Known};
+use crate::lock;
 use crate::store::{self, Store, time_of};
 use crate::{Digest, Record, StoreError};
 use std::collections::{HashMap, HashSet};
@@ -156,6 +157,11 @@ impl Store {
             tmp: shelf("tmp"),
             index: fs::metadata(self.root.join("index")).map_or(0, |m| m.len()),
         }
+    }
+
+    /// Keys that processes compute just now.
+    pub fn claimed(&self) -> Vec<Digest> {
+        self.files("locks").iter().filter(|f| lock::is_held(&f.path)).filter_map(|f| f.name).collect()
     }
 
     /// Every result on record, by key.

@@ -132,3 +132,200 @@ fn history_grows_with_what_is_new() {
     let said = project.hvi(&["explain", "study.toml", "metal", "--set", "metal.set=aluminium-paper"]);
     assert!(said.out.contains("params.set: copper-royce -> aluminium-paper"), "{}", said.out);
 }
+
+#[test]
+fn status_shows_what_is_there_what_ran_and_what_failed() {
+    let project = sweep();
+    let said = project.hvi(&["status", "study.toml"]);
+    assert_eq!(said.code, 0, "{}", said.err);
+    assert!(said.out.contains("no run is on record") && said.out.contains("nothing is being computed"), "{}", said.out);
+    assert!(project.files("store").is_empty(), "looking makes nothing");
+    project.run();
+    let said = project.hvi(&["status", "study.toml"]);
+    assert!(said.out.contains("0 from the store, 3 computed"), "{}", said.out);
+    assert!(said.out.contains("metal  eos.handbook       3             3"), "{}", said.out);
+    let chain = chain();
+    chain.write("empty.csv", "# source: none; status: a test\nup,Us,P_calc,flag\n");
+    let said = chain.hvi(&["run", "study.toml", "--set", "shock.database=empty.csv"]);
+    if said.code == 1 {
+        let said = chain.hvi(&["status", "study.toml"]);
+        assert!(said.out.contains("1 failed") && said.out.contains("failed: shock: "), "{}", said.out);
+    } else {
+        assert_eq!(said.code, 2, "an input file that can't be used is found by then: {}", said.err);
+    }
+}
+
+/// A key that another process has claimed is at work, as long as that process lives.
+#[test]
+fn status_sees_what_another_run_computes() {
+    let project = sweep();
+    project.run();
+    let parsed = json(&project.hvi(&["plan", "study.toml", "--json"]).out);
+    let key = parsed["nodes"][1]["key"].as_str().unwrap().parse().unwrap();
+    let claim = hvi_cache::Store::open(project.path("store")).unwrap().claim(key).unwrap();
+    let said = project.hvi(&["status", "study.toml"]);
+    assert!(said.out.contains("at work: metal[set=copper-paper-md]"), "{}", said.out);
+    drop(claim);
+    assert!(project.hvi(&["status", "study.toml"]).out.contains("nothing is being computed"));
+}
+
+#[test]
+fn graphs_have_a_box_a_step_or_a_point() {
+    let project = chain();
+    let dot = project.hvi(&["graph", "study.toml"]).out;
+    assert!(dot.starts_with("digraph \"study\" {") && dot.trim_end().ends_with('}'), "{dot}");
+    assert!(dot.contains("n0 [label=\"metal\\neos.handbook\"];") && dot.contains("n0 -> n1;"), "{dot}");
+    let project = sweep();
+    assert!(project.hvi(&["graph", "study.toml"]).out.contains("3 points"));
+    let mermaid = project.hvi(&["graph", "study.toml", "--nodes", "--format", "mermaid"]).out;
+    assert!(mermaid.starts_with("flowchart LR") && mermaid.contains("n2[\"metal[set=aluminium-paper]"), "{mermaid}");
+    assert_eq!(project.hvi(&["graph", "study.toml", "--format", "png"]).code, 2);
+}
+
+#[test]
+fn diff_shows_parameters_and_results_side_by_side() {
+    let project = chain();
+    project.run();
+    project.hvi(&["run", "study.toml", "--set", "metal.set=copper-paper-md"]);
+    let said = project.hvi(&["diff", "study~1", "study"]);
+    assert_eq!(said.code, 0, "{}", said.err);
+    assert!(said.out.contains("0 the same, 2 differ, 0 only in A, 0 only in B"), "{}", said.out);
+    let words = |line: &str| line.split_whitespace().map(str::to_string).collect::<Vec<_>>();
+    let rows: Vec<Vec<String>> = said.out.lines().map(words).collect();
+    assert!(rows.contains(&words("params.set copper-royce copper-paper-md")), "{}", said.out);
+    assert!(rows.iter().any(|r| r.last().is_some_and(|d| d.parse::<f64>().is_ok_and(|d| d != 0.0))), "{}", said.out);
+    let said = project.hvi(&["diff", "study.toml", "out/study"]);
+    assert!(said.out.contains("2 differ"), "the file as it is now, and the last results: {}", said.out);
+    for (run, part) in [("stuby", "did you mean `study`?"), ("study~7", "not so many runs"), ("study~x", "NAME~COUNT")]
+    {
+        let said = project.hvi(&["diff", run, "study"]);
+        assert_eq!(said.code, 2, "{run}");
+        assert!(said.err.contains(part), "{run}: {}", said.err);
+    }
+}
+
+#[test]
+fn compare_is_a_table_over_the_points() {
+    let project = sweep();
+    let said = project.hvi(&["compare", "study.toml", "metal"]);
+    assert_eq!(said.code, 1);
+    assert!(said.err.contains("hvi-flow run study.toml --only metal"), "{}", said.err);
+    project.run();
+    let said = project.hvi(&["compare", "study.toml", "metal"]);
+    assert_eq!(said.out.lines().count(), 4, "{}", said.out);
+    assert!(said.out.starts_with("set ") && said.out.contains("aluminium-paper"), "{}", said.out);
+    let csv = project.hvi(&["compare", "study.toml", "metal[set=copper-royce]", "--csv"]).out;
+    assert!(csv.lines().filter(|l| !l.starts_with('#')).count() == 2 && csv.contains("copper-royce,"), "{csv}");
+    project.hvi(&["compare", "study.toml", "metal", "--csv", "table.csv"]);
+    assert_eq!(
+        std::fs::read(project.path("table.csv")).unwrap(),
+        std::fs::read(project.path("out/study/metal.csv")).unwrap()
+    );
+    assert_eq!(project.hvi(&["compare", "study.toml", "metals"]).code, 2);
+}
+
+#[test]
+fn cache_counts_verifies_and_repairs() {
+    let project = sweep();
+    project.run();
+    let words = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(words(&project.hvi(&["cache", "stats"]).out).contains("results 3"));
+    let said = project.hvi(&["cache", "verify"]);
+    assert!(said.code == 0 && said.out.contains("3 records are whole, 0 are not"), "{}", said.out);
+    let (object, mut bytes) = project.files("store/objects").pop().unwrap();
+    bytes[9] ^= 1;
+    std::fs::write(object, bytes).unwrap();
+    let said = project.hvi(&["cache", "verify"]);
+    assert_eq!(said.code, 1);
+    assert!(said.err.contains("moved aside to `damaged/"), "{}", said.err);
+    let said = project.hvi(&["cache", "repair"]);
+    assert!(said.out.contains("2 results in the index; 1 records without a result"), "{}{}", said.out, said.err);
+    assert!(project.run().err.contains("2 from the store, 1 computed"));
+}
+
+/// What the pipelines of a folder need stays: all that their plans lead to, and the last results where a plan can't tell.
+#[test]
+fn gc_keeps_what_pipelines_need() {
+    let project = chain();
+    project.run();
+    for set in ["copper-paper-md", "aluminium-paper"] {
+        project.hvi(&["run", "study.toml", "--set", &format!("metal.set={set}")]);
+    }
+    assert_eq!(project.files("store/results").len(), 6);
+    std::fs::create_dir(project.path("kept")).unwrap();
+    let text = std::fs::read_to_string(project.path("study.toml")).unwrap();
+    project.write("kept/study.toml", &text);
+    let said = project.hvi(&["cache", "gc", "--keep", "kept", "--dry-run"]);
+    assert!(said.out.contains("2 keys are needed") && said.out.contains("4 results"), "{}", said.out);
+    assert_eq!(project.files("store/results").len(), 6);
+    assert_eq!(project.hvi(&["cache", "gc", "--keep", "kept"]).code, 0);
+    assert_eq!(project.files("store/results").len(), 2);
+    assert!(project.run().err.contains("2 from the store, 0 computed"));
+    assert_eq!(project.hvi(&["cache", "gc", "--max-size", "1GB", "--older-than", "30d"]).code, 0);
+    assert_eq!(project.files("store/results").len(), 2);
+    assert_eq!(project.hvi(&["cache", "gc", "--max-size", "0B"]).code, 0);
+    assert_eq!(project.files("store/results").len(), 0);
+}
+
+#[test]
+fn gc_refuses_what_it_can_not_read() {
+    let project = sweep();
+    project.run();
+    std::fs::create_dir(project.path("kept")).unwrap();
+    for (arguments, part) in [
+        (["--keep", "kept"], "there is no pipeline in it"),
+        (["--keep", "absent"], "can't read it"),
+        (["--max-size", "10"], "10GB"),
+        (["--older-than", "a month"], "doesn't begin with a number"),
+    ] {
+        let said = project.hvi(&["cache", "gc", arguments[0], arguments[1]]);
+        assert_eq!(said.code, 2, "{arguments:?}");
+        assert!(said.err.contains(part), "{arguments:?}: {}", said.err);
+    }
+    project.write("kept/broken.toml", "[step.a]\nuse = \"eos.handbok\"\n");
+    assert_eq!(project.hvi(&["cache", "gc", "--keep", "kept"]).code, 2, "what a broken pipeline needs is not known");
+    assert_eq!(project.files("store/results").len(), 3);
+}
+
+#[test]
+fn init_writes_a_pipeline_that_runs() {
+    let project = Project::new("");
+    let said = project.hvi(&["init", "new/folder"]);
+    assert_eq!(said.code, 0, "{}", said.err);
+    let run = || project.hvi(&["run", "new/folder/first.toml"]);
+    let said = run();
+    assert_eq!(said.code, 0, "{}", said.err);
+    assert!(said.err.contains("4 computed"), "{}", said.err);
+    assert!(run().err.contains("4 from the store, 0 computed"));
+    let said = project.hvi(&["init", "new/folder"]);
+    assert_eq!(said.code, 2);
+    assert!(said.err.contains("is there already"), "{}", said.err);
+}
+
+#[test]
+fn shells_and_readers_get_help() {
+    let project = Project::new("");
+    for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
+        let said = project.hvi(&["completions", shell]);
+        assert!(said.code == 0 && said.out.contains("explain"), "{shell}: {}", said.err);
+    }
+    assert!(project.hvi(&["man"]).out.contains(".TH hvi-flow 1"));
+    assert!(project.hvi(&["man", "explain"]).out.contains("field by field"));
+    let said = project.hvi(&["man", "explan"]);
+    assert!(said.code == 2 && said.err.contains("did you mean `explain`?"), "{}", said.err);
+    let said = project.hvi(&["statsu"]);
+    assert!(said.code == 2 && said.err.contains("'status'"), "{}", said.err);
+}
+
+#[test]
+fn the_reference_of_the_stages_is_current() {
+    let project = Project::new("");
+    let page =
+        std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/stages.md")).unwrap_or_default();
+    let made = project.hvi(&["stages", "--markdown"]).out;
+    assert!(made == page, "docs/stages.md is not current: hvi-flow stages --markdown > docs/stages.md");
+    for stage in hvi_flow::registry::STAGES {
+        assert!(made.contains(&format!("\n## {}\n", stage.name)));
+        stage.ports.iter().for_each(|port| assert!(made.contains(&format!("| `{}` |", port.name)), "{}", port.name));
+    }
+}

@@ -1,0 +1,215 @@
+//! `cache`: what the store holds, whether it is whole, and what may go.
+use super::{Done, Stop, StoreArgs, columns};
+use crate::console::{say, warn};
+use crate::forecast;
+use crate::history::Last;
+use crate::mistake::Mistake;
+use crate::{history, pipeline, plan};
+use clap::Subcommand;
+use hvi_cache::{Limits, Shelf};
+use hvi_kit::{Digest, Store};
+use std::collections::HashSet;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Duration;
+
+/// What `cache` is told.
+#[derive(clap::Args)]
+pub struct Args {
+    #[command(subcommand)]
+    what: What,
+}
+
+#[derive(Subcommand)]
+enum What {
+    /// Count what the store holds
+    Stats {
+        #[command(flatten)]
+        store: StoreArgs,
+    },
+    /// Read and hash every byte; what is damaged is moved aside, and computed again when it is needed
+    Verify {
+        #[command(flatten)]
+        store: StoreArgs,
+    },
+    /// Write the index anew, drop records without results and what killed runs left
+    Repair {
+        #[command(flatten)]
+        store: StoreArgs,
+    },
+    /// Remove results: by age, by size, all but what pipelines need
+    Gc(Gc),
+}
+
+#[derive(clap::Args)]
+struct Gc {
+    #[command(flatten)]
+    store: StoreArgs,
+    /// Results beyond this size go, oldest first: 500MB, 10GB
+    #[arg(long, value_name = "SIZE", value_parser = size)]
+    max_size: Option<u64>,
+    /// Results older than this go: 12h, 30d
+    #[arg(long, value_name = "AGE", value_parser = age)]
+    older_than: Option<Duration>,
+    /// What the pipelines in this folder need stays, whatever its age and size; without --max-size and --older-than all else goes
+    #[arg(long, value_name = "FOLDER")]
+    keep: Vec<PathBuf>,
+    /// Say what would go; remove nothing
+    #[arg(long)]
+    dry_run: bool,
+}
+
+/// Does what is asked of the store that the current folder leads to.
+///
+/// # Errors
+/// [`Stop`] where the store can't be used, or a run uses what would be removed.
+pub fn run(args: &Args) -> Done {
+    let here = Path::new(".");
+    match &args.what {
+        What::Stats { store } => stats(&store.open(here)?),
+        What::Verify { store } => verify(&store.open(here)?),
+        What::Repair { store } => {
+            let done = store.open(here)?.repair()?;
+            say(format_args!(
+                "{} results in the index; {} records without a result and {} leftovers removed",
+                done.indexed, done.records, done.leftovers
+            ));
+            Ok(ExitCode::SUCCESS)
+        }
+        What::Gc(gc) => collect(gc, &gc.store.open(here)?),
+    }
+}
+
+fn stats(store: &Store) -> Done {
+    let s = store.stats();
+    let row = |what: &str, shelf: Shelf| vec![what.to_string(), shelf.count.to_string(), bytes(shelf.bytes)];
+    let rows = [
+        vec!["what".to_string(), "files".into(), "size".into()],
+        row("results", s.objects),
+        row("records", s.results),
+        row("recipes", s.recipes),
+        row("checkpoints", s.partial),
+        row("damaged", s.damaged),
+        row("unfinished", s.tmp),
+        vec!["index".into(), "1".into(), bytes(s.index)],
+    ];
+    say(format_args!("{}", store.folder().display()));
+    columns(&rows).lines().for_each(|line| say(format_args!("  {line}")));
+    let studies = history::studies(store);
+    if !studies.is_empty() {
+        say(format_args!("studies on record: {}", studies.join(", ")));
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Exit code 1 where something is damaged, so that a script hears of it.
+fn verify(store: &Store) -> Done {
+    let found = store.verify();
+    for problem in &found.problems {
+        warn(format_args!("{}: {}", problem.path.display(), problem.why));
+    }
+    say(format_args!(
+        "{} results ({}) and {} records are whole, {} are not",
+        found.objects,
+        bytes(found.bytes),
+        found.records,
+        found.problems.len()
+    ));
+    Ok(ExitCode::from(u8::from(!found.problems.is_empty())))
+}
+
+fn collect(gc: &Gc, store: &Store) -> Done {
+    let pins = pins(&gc.keep, store)?;
+    let pinned = pins.len();
+    let only_pins = !gc.keep.is_empty() && gc.max_size.is_none() && gc.older_than.is_none();
+    let limits = Limits {
+        max_bytes: if only_pins { Some(0) } else { gc.max_size },
+        older_than: gc.older_than,
+        pins,
+        dry_run: gc.dry_run,
+    };
+    let done = store.gc(&limits)?;
+    let verb = if gc.dry_run { "would go" } else { "removed" };
+    if !gc.keep.is_empty() {
+        say(format_args!("{pinned} keys are needed by pipelines"));
+    }
+    say(format_args!(
+        "{} results, {} files, {} {verb}; {} stay",
+        done.results,
+        done.files,
+        bytes(done.bytes),
+        bytes(done.left)
+    ));
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Keys of what the pipelines in `folders` need: through the plan where results lead on, and the last keys on record of
+/// what they don't lead to.
+fn pins(folders: &[PathBuf], store: &Store) -> Result<HashSet<Digest>, Stop> {
+    let mut pins = HashSet::new();
+    for folder in folders {
+        let entries = std::fs::read_dir(folder)
+            .map_err(|e| Mistake::new(format!("--keep {}: can't read it: {e}", folder.display())))?;
+        let mut files: Vec<PathBuf> = entries.flatten().map(|e| e.path()).collect();
+        files.retain(|path| path.extension().is_some_and(|e| e == "toml"));
+        if files.is_empty() {
+            return Err(Mistake::new(format!("--keep {}: there is no pipeline in it", folder.display())).into());
+        }
+        for file in files {
+            let read = pipeline::read(&file, &[])?;
+            let plan = plan::plan(&read, &[])?;
+            let last = Last::of(store, &read.name);
+            for (id, forecast) in forecast::forecast(&plan, store, &last).iter().enumerate() {
+                pins.extend(forecast.key);
+                if forecast.entry().is_none() {
+                    pins.extend(last.key(&plan.label(id)));
+                }
+            }
+        }
+    }
+    Ok(pins)
+}
+
+/// Number and unit of `10GB` or `10 GB`.
+fn parts(text: &str) -> Result<(f64, &str), String> {
+    let text = text.trim();
+    let (number, unit) = text.split_at(text.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(text.len()));
+    Ok((number.parse().map_err(|_| format!("`{text}` doesn't begin with a number"))?, unit.trim()))
+}
+
+fn size(text: &str) -> Result<u64, String> {
+    let (number, unit) = parts(text)?;
+    let scale = match unit {
+        "B" => 1.0,
+        "kB" | "KB" => 1e3,
+        "MB" => 1e6,
+        "GB" => 1e9,
+        "TB" => 1e12,
+        _ => return Err("expected a number with one of B, kB, MB, GB, TB, as in 10GB".into()),
+    };
+    Ok((number * scale) as u64)
+}
+
+fn age(text: &str) -> Result<Duration, String> {
+    let (number, unit) = parts(text)?;
+    let scale = match unit {
+        "s" => 1.0,
+        "min" => 60.0,
+        "h" => 3600.0,
+        "d" => 86_400.0,
+        "w" => 604_800.0,
+        _ => return Err("expected a number with one of s, min, h, d, w, as in 30d".into()),
+    };
+    Duration::try_from_secs_f64(number * scale).map_err(|e| e.to_string())
+}
+
+/// `1.5 GB`.
+pub fn bytes(n: u64) -> String {
+    let units = ["B", "kB", "MB", "GB", "TB"];
+    let (mut x, mut i) = (n as f64, 0);
+    while x >= 1000.0 && i + 1 < units.len() {
+        x /= 1000.0;
+        i += 1;
+    }
+    if i == 0 { format!("{n} B") } else { format!("{x:.1} {}", units[i]) }
+}

@@ -1,0 +1,154 @@
+//! The pipeline file's JSON schema, for editors: made from the stages' parameter types and ports.
+//!
+//! A step's keys follow from the stage it uses. What a sweep may set later is not asked for, so the schema takes every
+//! pipeline that `plan` takes; `plan` checks more than a schema can.
+use crate::registry::STAGES;
+use hvi_kit::{Arity, Artifact, File, Port, StageDef};
+use schemars::{SchemaGenerator, generate::SchemaSettings};
+use serde_json::{Map, Value, json};
+
+/// The parameters of a stage as an object schema, and the types it refers to.
+pub struct Parameters {
+    /// `{"type": "object", "properties": ...}`.
+    pub object: Value,
+    /// By name, as in `#/$defs/NAME`.
+    pub types: Map<String, Value>,
+}
+
+/// The parameters of one stage.
+pub fn parameters(stage: &StageDef) -> Parameters {
+    let mut generator = generator();
+    let object = (stage.schema)(&mut generator).into();
+    Parameters { object, types: generator.take_definitions(true) }
+}
+
+fn generator() -> SchemaGenerator {
+    SchemaSettings::draft2020_12().into_generator()
+}
+
+/// The schema of the whole pipeline file.
+pub fn pipeline() -> Value {
+    let mut generator = generator();
+    let mut stages: Vec<(&StageDef, Value)> =
+        STAGES.iter().map(|stage| (stage, (stage.schema)(&mut generator).into())).collect();
+    let mut types = generator.take_definitions(true);
+    // What a sweep sets by a dotted key (`projectile.diameter`) need not be there.
+    types.values_mut().for_each(|t| drop(t.as_object_mut().and_then(|t| t.remove("required"))));
+    for (stage, object) in &mut stages {
+        places(stage, object, &mut types);
+        step(stage, object);
+    }
+    let mut material = types.get("Material").cloned().unwrap_or_else(|| json!({ "type": "object" }));
+    material["description"] = "A material of your own; its name is what `material = \"NAME\"` refers to.".into();
+    let names: Vec<&str> = STAGES.iter().map(|s| s.name).collect();
+    let by_stage = STAGES.iter().map(|s| {
+        let uses = json!({ "properties": { "use": { "const": s.name } }, "required": ["use"] });
+        json!({ "if": uses, "then": { "$ref": format!("#/$defs/{}", definition(s)) } })
+    });
+    let any_step = json!({
+        "type": "object",
+        "required": ["use"],
+        "properties": { "use": { "enum": names, "description": "The stage that makes the result." } },
+        "allOf": by_stage.collect::<Vec<_>>(),
+    });
+    types.extend(stages.into_iter().map(|(stage, object)| (definition(stage), object)));
+    types.insert("step".into(), any_step);
+    types.insert("written-material".into(), material);
+    let named = |of: &str| {
+        json!({
+            "type": "object",
+            "propertyNames": { "pattern": "^[A-Za-z0-9_-]+$" },
+            "additionalProperties": { "$ref": format!("#/$defs/{of}") },
+        })
+    };
+    let mut materials = named("written-material");
+    materials.as_object_mut().map(|m| m.remove("propertyNames"));
+    json!({
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "hvi-flow pipeline",
+        "description": "Steps, each a stage with parameters and inputs; made by `hvi-flow schema`.",
+        "type": "object",
+        "additionalProperties": false,
+        "properties": {
+            "include": {
+                "type": "array",
+                "items": { "type": "string" },
+                "description": "Pipeline files whose steps and materials this one shares, relative to it.",
+            },
+            "step": named("step"),
+            "material": materials,
+            "run": {
+                "type": "object",
+                "additionalProperties": false,
+                "description": "Resources; they never change a result.",
+                "properties": { "jobs": { "type": "integer", "minimum": 1, "maximum": 4096 } },
+            },
+        },
+        "$defs": types,
+    })
+}
+
+fn definition(stage: &StageDef) -> String {
+    format!("stage-{}", stage.name)
+}
+
+/// Turns the parameters of a stage into a step: the ports, `use` and the sweeps beside them.
+fn step(stage: &StageDef, object: &mut Value) {
+    let asked = object.as_object_mut().and_then(|o| o.remove("required"));
+    let mut asked: Vec<Value> = asked.and_then(|r| r.as_array().cloned()).unwrap_or_default();
+    let ports = stage.ports.iter().filter(|p| p.arity != Arity::Places);
+    asked.extend(ports.clone().filter(|p| p.arity != Arity::Any).map(|p| p.name.into()));
+    object["type"] = "object".into();
+    object["title"] = stage.name.into();
+    object["description"] = stage.summary.into();
+    object["additionalProperties"] = false.into();
+    if object.get("properties").is_none() {
+        object["properties"] = json!({});
+    }
+    let keys = &mut object["properties"];
+    ports.for_each(|p| keys[p.name] = plug(p));
+    keys["use"] = json!({ "const": stage.name });
+    keys["sweep"] = json!({
+        "type": "object",
+        "description": "One result for each combination: key = [values], or \"FIRST .. LAST in COUNT\"; keys may be dotted.",
+        "additionalProperties": { "anyOf": [
+            { "type": "array", "minItems": 1 },
+            { "type": "string", "pattern": "\\.\\..* in " },
+        ] },
+    });
+    keys["zip"] = keys["sweep"].clone();
+    keys["zip"]["description"] = "Lists of the same length, side by side: one result for each place.".into();
+    keys["points"] = json!({
+        "type": "array",
+        "minItems": 1,
+        "items": { "type": "object" },
+        "description": "One result for each table of keys.",
+    });
+    let swept = json!({ "anyOf": [{ "required": ["sweep"] }, { "required": ["zip"] }, { "required": ["points"] }] });
+    object["if"] = json!({ "not": swept });
+    object["then"] = json!({ "required": asked });
+}
+
+/// What goes into a port.
+fn plug(port: &Port) -> Value {
+    let one = json!({ "type": "string", "pattern": "^\\s*@" });
+    let mut schema = match (port.kind == File::KIND, port.arity) {
+        (true, _) => json!({ "type": "string", "description": "A file, relative to the pipeline's." }),
+        (false, Arity::Many | Arity::Any) => json!({ "anyOf": [one, { "type": "array", "items": one }] }),
+        (false, Arity::One | Arity::Places) => one,
+    };
+    schema["description"] = port.about.trim().into();
+    schema
+}
+
+/// Adds a port that stands in tables (`plate.eos`) to the types of these tables.
+fn places(stage: &StageDef, object: &Value, types: &mut Map<String, Value>) {
+    for port in stage.ports.iter().filter(|p| p.arity == Arity::Places) {
+        let tables = object["properties"].as_object().into_iter().flat_map(Map::values);
+        for name in tables.filter_map(|t| t["$ref"].as_str()?.strip_prefix("#/$defs/")) {
+            if let Some(keys) = types.get_mut(name).and_then(|t| t.get_mut("properties")) {
+                keys[port.name] = plug(port);
+            }
+        }
+    }
+}
