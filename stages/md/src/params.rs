@@ -219,7 +219,8 @@ impl Params {
             0.06e9 * heat * (500.0 / f64::from(self.atoms)).sqrt() * if liquid { 1.0 } else { 0.4 } / self.volume_ratio;
         let ratio = after_1_ps / self.target_error.si();
         let averaged = (ratio * ratio * 1e-12).clamp(self.shortest.si(), self.longest.si());
-        let nanoseconds = if liquid { 300.0 } else { 200.0 } / self.volume_ratio;
+        let engine = if self.engine == By::Lammps { 4.0 } else { 1.0 };
+        let nanoseconds = engine * if liquid { 300.0 } else { 200.0 } / self.volume_ratio;
         (self.equilibration.si() + averaged) / step * f64::from(self.atoms) * nanoseconds * 1e-9
     }
 }
