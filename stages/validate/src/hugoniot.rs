@@ -29,14 +29,16 @@ inputs! {
         eos: EosResult,
         /// The states of molecular dynamics; without them only the equation of state is judged.
         states: Any<State>,
-        /// Shock states of the LASL compendium: columns `Us`, `up` [km/s], `P` [GPa], `method`.
-        marsh: File,
-        /// Shock states of the shock wave database: columns `up`, `Us` [km/s], `P_calc` [GPa], `flag`.
-        database: File,
+        /// Copper's shock states of the LASL compendium: columns `Us`, `up` [km/s], `P` [GPa], `method`.
+        marsh: Any<File>,
+        /// Copper's shock states of the shock wave database: columns `up`, `Us` [km/s], `P_calc` [GPa], `flag`.
+        database: Any<File>,
+        /// Shock states of any metal: columns `set`, `V_over_V0`, `P` [GPa].
+        points: Any<File>,
     }
 }
 
-/// The sets of data, in the order of [`Compared::set`].
+/// The sets of copper's data.
 const SETS: [&str; 2] = ["LASL compendium (Marsh 1980)", "shock wave database (unflagged)"];
 /// A second, lower range of pressure that is scored apart [Pa]: that of most experiments.
 const LOWER: f64 = 150e9;
@@ -77,10 +79,7 @@ pub fn validate(params: &Params, inputs: &Inputs) -> Result<Validation, StageErr
         let isochores = Isochores::new(&inputs.states.0, eos.reference_temperature()).map_err(StageError::physics)?;
         (isochores.hugoniot(), (v0, isochores.reference.volume, isochores.reference.volume_error))
     };
-    let text = |file: &File| file.text().map(str::to_string).map_err(StageError::physics);
-    let marsh = marsh(&text(&inputs.marsh)?).map_err(StageError::physics)?;
-    let mut measured = marsh.clone();
-    measured.extend(database(&text(&inputs.database)?).map_err(StageError::physics)?);
+    let (sets, measured, compendium) = measured(inputs)?;
     let compare = |&(set, ratio, pressure): &(u8, f64, f64)| Compared {
         set,
         ratio,
@@ -91,14 +90,16 @@ pub fn validate(params: &Params, inputs: &Inputs) -> Result<Validation, StageErr
     };
     let points: Vec<Compared> = measured.iter().map(compare).collect();
     let mut scores = Vec::new();
-    let smooth: Vec<Compared> = line_through(&marsh).iter().map(compare).collect();
+    let smooth: Vec<Compared> = line_through(&compendium).iter().map(compare).collect();
     for up_to in [LOWER, params.up_to.si()] {
         for (of, pick) in [("equation of state", pick_model as fn(&Compared) -> Option<f64>), ("states", pick_states)] {
-            for (i, name) in SETS.iter().enumerate() {
+            for (i, name) in sets.iter().enumerate() {
                 scores.push(Score::of(name, of, &points, Some(i as u8), up_to, pick));
             }
             scores.push(Score::of(ALL, of, &points, None, up_to, pick));
-            scores.push(Score::of("line through the compendium", of, &smooth, None, up_to, pick));
+            if !smooth.is_empty() {
+                scores.push(Score::of("line through the compendium", of, &smooth, None, up_to, pick));
+            }
         }
     }
     judged(&scores, params.up_to.si()).map_err(StageError::physics)?;
@@ -109,14 +110,48 @@ pub fn validate(params: &Params, inputs: &Inputs) -> Result<Validation, StageErr
         .collect();
     Ok(Validation {
         curve: "Hugoniot".into(),
-        sets: SETS.map(String::from).into(),
+        sets,
         points,
         states,
         line,
         scores,
         volumes,
-        notes: notes(),
+        notes: notes(!compendium.is_empty()),
     })
+}
+
+/// A set's index, V/V0 and P [Pa].
+type Shot = (u8, f64, f64);
+
+/// Names of the sets, all shock states, and those of the compendium.
+fn measured(inputs: &Inputs) -> Result<(Vec<String>, Vec<Shot>, Vec<Shot>), StageError> {
+    let (mut sets, mut measured, mut compendium) = (Vec::new(), Vec::new(), Vec::new());
+    let text = |file: &File| file.text().map(str::to_string).map_err(StageError::physics);
+    let numbered = |shots: Vec<Shot>, set: usize| shots.into_iter().map(move |(_, v, p)| (set as u8, v, p));
+    for file in &inputs.marsh.0 {
+        compendium = numbered(marsh(&text(file)?).map_err(StageError::physics)?, sets.len()).collect();
+        measured.extend(compendium.clone());
+        sets.push(SETS[0].to_string());
+    }
+    for file in &inputs.database.0 {
+        measured.extend(numbered(database(&text(file)?).map_err(StageError::physics)?, sets.len()));
+        sets.push(SETS[1].to_string());
+    }
+    for file in &inputs.points.0 {
+        for (set, ratio, pressure) in named(&text(file)?).map_err(StageError::physics)? {
+            let known = sets.iter().position(|s| *s == set).unwrap_or(sets.len());
+            if known == sets.len() {
+                sets.push(set);
+            }
+            measured.push((known as u8, ratio, pressure));
+        }
+    }
+    if sets.is_empty() {
+        return Err(StageError::physics(
+            "no shock data: name a file at `points`, or copper's at `marsh` and `database`",
+        ));
+    }
+    Ok((sets, measured, compendium))
 }
 
 fn pick_model(p: &Compared) -> Option<f64> {
@@ -126,20 +161,21 @@ fn pick_states(p: &Compared) -> Option<f64> {
     p.states
 }
 
-fn notes() -> Vec<String> {
-    [
-        "Pressures are compared at equal V/V0: the experiments' V/V0 = 1 - up/Us, free of the density; the computed V/V0 with the \
-         computed zero-pressure volume at 300 K. Measured P = rho0 Us up with the sample's density (compendium) or 8.93 g/cm3 \
-         (database).",
+fn notes(compendium: bool) -> Vec<String> {
+    let copper = [
+        "Copper: measured P = rho0 Us up with the sample's density (compendium) or 8.93 g/cm3 (database).",
         "At equal V/V0 the scatter of the experiments counts fourfold (1 % of Us is 4 % of P at 150 GPa); the least-squares line \
          Us = c + s up through the compendium's states, at 8.93 g/cm3, has none: the deviation from it is the computed curve's own.",
+    ];
+    let all = [
+        "Pressures are compared at equal V/V0: the experiments' V/V0 = 1 - up/Us, free of the density; the computed V/V0 with the \
+         computed zero-pressure volume at 300 K.",
         "Points below 5 GPa are not scored. The largest deviation of a set is often a single experiment far off all others: the \
          mean and the rms are the curve's.",
         "The Hugoniot of the states is linear between two temperatures of one isochore and phase; between isochores it has the \
          shape of the equation of state's; across melting it is not drawn.",
-    ]
-    .map(String::from)
-    .into()
+    ];
+    all.into_iter().chain(copper.into_iter().filter(|_| compendium)).map(String::from).collect()
 }
 
 /// The least-squares line Us = c + s up through shock states, as points every 0.005 of V/V0 over the states' range.
@@ -186,6 +222,14 @@ fn database(text: &str) -> Result<Vec<(u8, f64, f64)>, CsvError> {
     let (us, up, p, flag) = (csv.numbers("Us")?, csv.numbers("up")?, csv.numbers("P_calc")?, csv.text("flag")?);
     let points = (0..p.len()).filter(|&i| flag[i].is_empty()).map(|i| (1, 1.0 - up[i] / us[i], p[i] * 1e9)).collect();
     csv.any(points, "up, Us [km/s], P_calc [GPa] and an empty flag")
+}
+
+/// Set, V/V0 and P [Pa] of any metal's shock states.
+fn named(text: &str) -> Result<Vec<(String, f64, f64)>, CsvError> {
+    let csv = Csv::read("points", text)?;
+    let (set, ratio, p) = (csv.text("set")?, csv.numbers("V_over_V0")?, csv.numbers("P")?);
+    let points = (0..p.len()).map(|i| (set[i].to_string(), ratio[i], p[i] * 1e9)).collect();
+    csv.any(points, "set, V_over_V0 and P [GPa]")
 }
 
 #[cfg(test)]

@@ -20,6 +20,8 @@ const HEATED: std::ops::Range<f64> = 0.55..0.95;
 /// Longest time that half of the cell may take to melt, and time to cool it again [ps].
 const MELTING: f64 = 6.0;
 const COOLING: f64 = 1.5;
+/// Heat capacity of an atom in hot metal at constant pressure, in k.
+const HEAT: f64 = 3.5;
 /// Bins of the profile.
 const BINS: usize = 40;
 
@@ -145,11 +147,15 @@ impl Cell {
 
     /// Mean temperature and its standard error [K], and the time averaged over [ps], once `settling` [ps] are left out.
     ///
+    /// The surfaces wander slowly, and the temperature with them: by T sqrt(k/C) at constant enthalpy, C the heat capacity of the
+    /// cell, for as long as the solid share remembers. A short run sees too little of that, so it is the least error.
+    ///
     /// What is left out grows, up to half, as long as that lowers the variance of the mean: a start far from equilibrium
     /// costs more than the samples it takes away (K. P. White, Simulation 69, 323 (1997)).
     pub fn average(&self, settling: f64) -> (f64, f64, f64) {
         let skip = (settling / LOOK).ceil() as usize;
         let all: Vec<f64> = self.looks.iter().skip(skip).map(|l| l.temperature).collect();
+        let solid: Vec<f64> = self.looks.iter().skip(skip).map(|l| l.solid).collect();
         let noise = |from: usize| {
             let rest = &all[from..];
             let n = rest.len() as f64;
@@ -158,7 +164,9 @@ impl Cell {
         };
         let best = (0..=all.len() / 2).min_by(|a, b| noise(*a).total_cmp(&noise(*b))).unwrap_or(0);
         let (value, error) = slow_mean(&all[best..]);
-        (value, error, (all.len() - best) as f64 * LOOK)
+        let (n, memory) = ((all.len() - best) as f64, correlation(&solid[best..]).0);
+        let least = value * (2.0 * memory / (HEAT * self.atoms() as f64 * n)).sqrt();
+        (value, error.max(least), n * LOOK)
     }
 
     fn order(&self) -> Vec<f64> {
@@ -203,6 +211,13 @@ impl Cell {
 /// few tau has room for.
 fn slow_mean(x: &[f64]) -> (f64, f64) {
     let n = x.len() as f64;
+    let (tau, doubt, mean, variance) = correlation(x);
+    (mean, (2.0 * tau * (1.0 + doubt) * variance / n).sqrt())
+}
+
+/// Integrated correlation time of `x` in samples, 0.5 where there is none, its relative error, and mean and variance of `x`.
+fn correlation(x: &[f64]) -> (f64, f64, f64, f64) {
+    let n = x.len() as f64;
     let mean = x.iter().sum::<f64>() / n;
     let covariance = |lag: usize| {
         let pairs = x.iter().zip(&x[lag..]);
@@ -215,7 +230,7 @@ fn slow_mean(x: &[f64]) -> (f64, f64) {
         lag += 1;
     }
     let doubt = (2.0 * (2.0 * lag as f64 + 1.0) / n).sqrt();
-    (mean, (2.0 * tau * (1.0 + doubt) * variance / n).sqrt())
+    (tau, doubt, mean, variance)
 }
 
 #[cfg(test)]
