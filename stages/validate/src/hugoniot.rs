@@ -34,7 +34,7 @@ inputs! {
         /// Copper's shock states of the shock wave database: columns `up`, `Us` [km/s], `P_calc` [GPa], `flag`.
         database: Any<File>,
         /// Shock states of any metal: columns `set`, `V_over_V0`, `P` [GPa].
-        points: Any<File>,
+        shots: Any<File>,
     }
 }
 
@@ -137,7 +137,7 @@ fn measured(inputs: &Inputs) -> Result<(Vec<String>, Vec<Shot>, Vec<Shot>), Stag
         measured.extend(numbered(database(&text(file)?).map_err(StageError::physics)?, sets.len()));
         sets.push(SETS[1].to_string());
     }
-    for file in &inputs.points.0 {
+    for file in &inputs.shots.0 {
         for (set, ratio, pressure) in named(&text(file)?).map_err(StageError::physics)? {
             let known = sets.iter().position(|s| *s == set).unwrap_or(sets.len());
             if known == sets.len() {
@@ -148,7 +148,7 @@ fn measured(inputs: &Inputs) -> Result<(Vec<String>, Vec<Shot>, Vec<Shot>), Stag
     }
     if sets.is_empty() {
         return Err(StageError::physics(
-            "no shock data: name a file at `points`, or copper's at `marsh` and `database`",
+            "no shock data: name a file at `shots`, or copper's at `marsh` and `database`",
         ));
     }
     Ok((sets, measured, compendium))
@@ -226,7 +226,7 @@ fn database(text: &str) -> Result<Vec<(u8, f64, f64)>, CsvError> {
 
 /// Set, V/V0 and P [Pa] of any metal's shock states.
 fn named(text: &str) -> Result<Vec<(String, f64, f64)>, CsvError> {
-    let csv = Csv::read("points", text)?;
+    let csv = Csv::read("shots", text)?;
     let (set, ratio, p) = (csv.text("set")?, csv.numbers("V_over_V0")?, csv.numbers("P")?);
     let points = (0..p.len()).map(|i| (set[i].to_string(), ratio[i], p[i] * 1e9)).collect();
     csv.any(points, "set, V_over_V0 and P [GPa]")

@@ -60,7 +60,7 @@ fn shock(set: Set, states: Vec<State>) -> Validation {
         states: Any(states),
         marsh: Any(vec![File(MARSH.into())]),
         database: Any(vec![File(DATABASE.into())]),
-        points: Any(Vec::new()),
+        shots: Any(Vec::new()),
     };
     hugoniot::validate(&hugoniot::Params::default(), &inputs).unwrap()
 }
@@ -144,7 +144,7 @@ fn a_damaged_file_is_named() {
         states: Any(Vec::new()),
         marsh: Any(vec![File(broken.into())]),
         database: Any(vec![File(DATABASE.into())]),
-        points: Any(Vec::new()),
+        shots: Any(Vec::new()),
     };
     let message = hugoniot::validate(&hugoniot::Params::default(), &inputs).unwrap_err().to_string();
     assert!(message.starts_with("marsh, line 10: `4.3x4` in column `Us`"), "{message}");
@@ -166,13 +166,13 @@ fn aluminium_is_compared_with_its_own_points() {
         states: Any(Vec::new()),
         marsh: Any(Vec::new()),
         database: Any(Vec::new()),
-        points: Any(vec![File(points.into())]),
+        shots: Any(vec![File(points.into())]),
     };
     let found = hugoniot::validate(&hugoniot::Params::default(), &inputs).unwrap();
     assert_eq!(found.sets, ["Mitchell and Nellis 1981 pure Al", "McQueen et al. 1970 2024 Al"]);
     let pure = found.scores.iter().find(|s| s.set == found.sets[0] && s.of == "equation of state").unwrap();
     assert!(pure.points > 15 && pure.mean.abs() < 0.03, "{pure:?}");
-    let none = hugoniot::Inputs { points: Any(Vec::new()), ..inputs };
+    let none = hugoniot::Inputs { shots: Any(Vec::new()), ..inputs };
     let why = hugoniot::validate(&hugoniot::Params::default(), &none).unwrap_err().to_string();
     assert!(why.starts_with("no shock data"), "{why}");
 }
@@ -186,7 +186,7 @@ fn data_without_points_are_refused() {
             states: Any(Vec::new()),
             marsh: Any(vec![marsh]),
             database: Any(vec![database]),
-            points: Any(Vec::new()),
+            shots: Any(Vec::new()),
         };
         let params = hugoniot::Params { up_to: Pressure::new(up_to) };
         hugoniot::validate(&params, &inputs).unwrap_err().to_string()
