@@ -4,11 +4,11 @@ use super::result::PhaseAt;
 use crate::averaging::mean;
 use crate::barostat::{Shape, Walls};
 use crate::lanes::Isa;
-use crate::lattice;
 use crate::system::{LEAST_SKIN, System};
 use crate::table::Tables;
 use crate::thermostat::Chain;
 use crate::units::{BOLTZMANN, SPECIFIC_ENERGY, SPECIFIC_VOLUME};
+use crate::{lattice, local_order};
 use hvi_kit::{Ctx, StageError};
 
 /// Steps from one look at the cancel flag to the next.
@@ -55,7 +55,7 @@ impl Conditions<'_> {
         let walls = Walls::new(Shape::Kept, self.pressure, thermal, system.freedom(), RESPONSE[1]);
         let mut walls = walls.with_bath(thermal, RESPONSE[1]);
         if melted {
-            self.scaled(&mut system, &mut walls, HOT * self.temperature, ctx)?;
+            self.melt(&mut system, &mut walls, cells, ctx)?;
         }
         self.scaled(&mut system, &mut walls, self.temperature, ctx)?;
         let mut chain = Chain::new(thermal, system.freedom(), RESPONSE[0]);
@@ -71,7 +71,31 @@ impl Conditions<'_> {
             volumes.push(system.volume());
             energies.push(system.energy() + self.pressure * system.volume());
         }
+        self.stayed(&system, cells, melted)?;
         Ok(self.average(&system, &volumes, &energies, melted))
+    }
+
+    /// Heats, each time by a quarter more, until nothing of the crystal is left.
+    fn melt(&self, system: &mut System, walls: &mut Walls, cells: usize, ctx: &Ctx<'_>) -> Result<(), StageError> {
+        for hotter in [1.0, 1.25, 1.5, 1.75] {
+            self.scaled(system, walls, hotter * HOT * self.temperature, ctx)?;
+            if order(system, cells) < 0.5 * local_order::LEAST {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// Refuses a melt that froze, or was never one, and a crystal that melted.
+    fn stayed(&self, system: &System, cells: usize, melted: bool) -> Result<(), StageError> {
+        if (order(system, cells) < local_order::LEAST) == melted {
+            return Ok(());
+        }
+        let what = if melted { "the melt alone became a crystal" } else { "the crystal alone melted" };
+        Err(StageError::physics(format!(
+            "{what} at {:.0} K, though both phases live side by side there: take a shorter time `alone` or another `seed`",
+            self.temperature
+        )))
     }
 
     /// Runs [`PREPARING`] with velocities scaled to `temperature` [K] again and again.
@@ -109,6 +133,12 @@ impl Conditions<'_> {
             enthalpy_error: energy.error * per_energy,
         }
     }
+}
+
+/// Mean local order of a cube of `cells`^3 cubic cells.
+fn order(system: &System, cells: usize) -> f64 {
+    let all = local_order::of(system, system.edges().map(|edge| edge / cells as f64));
+    all.iter().sum::<f64>() / all.len() as f64
 }
 
 /// Looks at the cancel flag now and then.
