@@ -1,5 +1,5 @@
 # The two commands of the README, `make run` and `make test`, with all the set-up they need on a fresh Debian 12.
-.PHONY: run test check stability pictures setup-run setup-test kills
+.PHONY: run test check docs stability pictures setup-run setup-test kills
 
 run: setup-run
 	cargo build --release --locked
@@ -22,6 +22,10 @@ setup-test:
 stability:
 	cargo run --release --locked -p hvi-impact --example stability > target/stability.md
 	mv target/stability.md docs/stability.md
+
+# What the docs take from the code: the reference of the stages.
+docs:
+	cargo run --locked -- stages --markdown > docs/stages.md
 
 # The README's pictures, from the results of `make run`.
 pictures:

@@ -1,5 +1,7 @@
 //! The command line: which commands there are, and their exit codes.
-use crate::commands::{Stop, cache, compare, diff, explain, graph, init, plan, run, schema, shell, stages, status};
+use crate::commands::{
+    Stop, cache, compare, diff, explain, export, graph, init, plan, run, schema, shell, stages, status,
+};
 use crate::console::warn;
 use clap::{CommandFactory, Parser, Subcommand};
 use std::process::ExitCode;
@@ -29,6 +31,8 @@ enum Command {
     Compare(compare::Args),
     /// Show two runs side by side: parameters and results
     Diff(diff::Args),
+    /// Write results as files, with where each comes from (RO-Crate)
+    Export(export::Args),
     /// Draw the steps of a pipeline as DOT or Mermaid
     Graph(graph::Args),
     /// Look after the store: count, verify, repair, remove
@@ -37,8 +41,8 @@ enum Command {
     Init(init::Args),
     /// List the stages a step can use, or all their keys
     Stages(stages::Args),
-    /// Print the JSON schema of pipeline files, for editors
-    Schema,
+    /// Print the JSON schema of pipeline files, for editors, or of the lines of `run --json`
+    Schema(schema::Args),
     /// Print a script that completes commands in a shell
     Completions(shell::Completions),
     /// Print the manual page
@@ -54,11 +58,12 @@ pub fn main() -> ExitCode {
         Command::Status(args) => status::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Diff(args) => diff::run(&args),
+        Command::Export(args) => export::run(&args),
         Command::Graph(args) => graph::run(&args),
         Command::Cache(args) => cache::run(&args),
         Command::Init(args) => init::run(&args),
         Command::Stages(args) => stages::run(&args),
-        Command::Schema => schema::run(),
+        Command::Schema(args) => schema::run(&args),
         Command::Completions(args) => shell::completions(&args, Cli::command()),
         Command::Man(args) => shell::man(&args, Cli::command()),
     };

@@ -3,6 +3,7 @@ pub mod cache;
 pub mod compare;
 pub mod diff;
 pub mod explain;
+pub mod export;
 pub mod graph;
 pub mod init;
 pub mod plan;

@@ -180,6 +180,11 @@ impl Last {
     }
 }
 
+/// `2026-11-22T04:13:52Z` of `milliseconds` since 1970: ISO 8601.
+pub fn iso(milliseconds: u64) -> String {
+    time(milliseconds).replacen(' ', "T", 1).replace(" UTC", "Z")
+}
+
 /// `2026-11-22 04:13:52 UTC` of `milliseconds` since 1970.
 pub fn time(milliseconds: u64) -> String {
     let seconds = milliseconds / 1000;
@@ -210,6 +215,7 @@ mod tests {
         assert_eq!(time(0), "1970-01-01 00:00:00 UTC");
         assert_eq!(time(951_782_400_000), "2000-02-29 00:00:00 UTC");
         assert_eq!(time(1_735_689_599_999), "2024-12-31 23:59:59 UTC");
+        assert_eq!(iso(951_782_400_000), "2000-02-29T00:00:00Z");
         assert_eq!(time(4_107_542_400_000), "2100-03-01 00:00:00 UTC");
     }
 }

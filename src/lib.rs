@@ -24,6 +24,7 @@
 //! | `events.rs`, `console.rs` | what happens, and how it is shown |
 //! | `outputs.rs`, `report.rs`, `report.html`, `figure.rs`, `hdf5_table.rs` | what people get: page, CSV, SVG, PNG, HDF5 |
 //! | `amount.rs` | times and sizes as people write them |
+//! | `ro_crate.rs` | where exported results come from, for other programs |
 //! | `mistake.rs` | wrong input, shown with line and mark |
 //!
 //! Invariants: `src/` has no formula; a stage sees no file, clock or environment, and its answer has the same bits for any
@@ -50,6 +51,7 @@ pub mod reference;
 pub mod reference_page;
 pub mod registry;
 pub mod report;
+pub mod ro_crate;
 pub mod schema;
 pub mod sweep;
 pub mod value;

@@ -14,7 +14,7 @@ use hvi_kit::{Digest, Store, units};
 use serde::{Deserialize, Serialize};
 use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 use std::{fs, io};
 
 /// A step with more points than this gets one table, no folder a point.
@@ -44,7 +44,11 @@ pub fn last_keys(folder: &Path) -> BTreeMap<String, Digest> {
 
 fn manifest(folder: &Path) -> Manifest {
     let read = fs::read(folder.join(MANIFEST)).ok();
-    read.and_then(|bytes| serde_json::from_slice(&bytes).ok()).unwrap_or_default()
+    let mut found: Manifest = read.and_then(|bytes| serde_json::from_slice(&bytes).ok()).unwrap_or_default();
+    // Its files may be removed: a name that was edited to lead elsewhere is none of ours.
+    let is_inside = |name: &str| Path::new(name).components().all(|part| matches!(part, Component::Normal(_)));
+    found.files.retain(|name, _| is_inside(name));
+    found
 }
 
 /// Checks that `folder` doesn't hold the results of another pipeline of the same name.
@@ -208,13 +212,26 @@ struct Writer<'a> {
 
 impl Writer<'_> {
     fn file(&mut self, name: &str, bytes: &[u8]) -> io::Result<()> {
-        publish(&self.folder.join(name), bytes)?;
+        let path = self.folder.join(name);
+        self.stay_inside(&path)?;
+        publish(&path, bytes)?;
         self.files.insert(name.into(), Digest::of(bytes));
         Ok(())
     }
 
+    /// Refuses a folder that a link leads out of the output folder.
+    fn stay_inside(&self, path: &Path) -> io::Result<()> {
+        let parent = path.parent().unwrap_or(self.folder);
+        fs::create_dir_all(parent)?;
+        if parent.canonicalize()?.starts_with(self.folder.canonicalize()?) {
+            return Ok(());
+        }
+        Err(io::Error::other(format!("{} leads out of {}: remove that link", parent.display(), self.folder.display())))
+    }
+
     fn hdf5(&mut self, name: &str, table: &Table) -> io::Result<()> {
         let path = self.folder.join(name);
+        self.stay_inside(&path)?;
         let beside = beside(&path)?;
         let written =
             hdf5_table::write(table, &beside).map_err(|e| io::Error::other(format!("{}: {e}", path.display())));
@@ -223,16 +240,18 @@ impl Writer<'_> {
         self.file(name, &bytes?)
     }
 
-    fn step(&mut self, step: &str, points: &[Point]) -> io::Result<()> {
+    fn step(&mut self, step: &str, points: &[Point]) -> io::Result<Exported> {
+        let mut exported = Exported { shared: Vec::new(), of_points: vec![Vec::new(); points.len()] };
         if let Some(table) = compare(step, points) {
-            self.file(&format!("{step}.csv"), figure::csv(&table).as_bytes())?;
-            self.hdf5(&format!("{step}.h5"), &table)?;
+            exported.shared = vec![format!("{step}.csv"), format!("{step}.h5")];
+            self.file(&exported.shared[0], figure::csv(&table).as_bytes())?;
+            self.hdf5(&exported.shared[1], &table)?;
         }
         if points.len() > MOST_FOLDERS {
-            return Ok(());
+            return Ok(exported);
         }
         let mut taken: BTreeSet<String> = BTreeSet::new();
-        for point in points {
+        for (point, names) in points.iter().zip(&mut exported.of_points) {
             let mut place = step.to_string();
             if !point.label.is_empty() {
                 let mut name = slug(&point.label);
@@ -256,10 +275,27 @@ impl Writer<'_> {
                     copy += 1;
                 }
                 self.file(&name, &bytes)?;
+                names.push(name);
             }
         }
-        Ok(())
+        Ok(exported)
     }
+}
+
+/// Files of a step's results, by their paths in the folder.
+pub struct Exported {
+    /// Tables over all points.
+    pub shared: Vec<String>,
+    /// Tables, figures and pictures of each point; none where there are too many points for a folder each.
+    pub of_points: Vec<Vec<String>>,
+}
+
+/// Writes the tables, figures and pictures of a step's points to `folder`.
+///
+/// # Errors
+/// Where a file can't be written.
+pub fn export(folder: &Path, step: &str, points: &[Point]) -> io::Result<Exported> {
+    Writer { folder, files: BTreeMap::new() }.step(step, points)
 }
 
 /// A row a point: what the sweep sets, and the scalars of the results; nothing where no point has a result.

@@ -81,7 +81,11 @@ pub fn pipeline() -> Value {
                 "type": "object",
                 "additionalProperties": false,
                 "description": "Resources; they never change a result.",
-                "properties": { "jobs": { "type": "integer", "minimum": 1, "maximum": 4096 } },
+                "properties": {
+                    "jobs": { "type": "integer", "minimum": 1, "maximum": 4096, "description": "Threads at work at once." },
+                    "memory": { "type": "string", "description": "Most that nodes at work may ask for, as in \"8 GB\"." },
+                    "timeout": { "type": "string", "description": "The longest that one node may take, as in \"10 min\"." },
+                },
             },
         },
         "$defs": types,

@@ -4,7 +4,7 @@ use crate::console::{say, warn};
 use crate::forecast;
 use crate::history::Last;
 use crate::mistake::Mistake;
-use crate::{history, pipeline, plan};
+use crate::{amount, history, pipeline, plan};
 use clap::Subcommand;
 use hvi_cache::{Limits, Shelf};
 use hvi_kit::{Digest, Store};
@@ -46,10 +46,10 @@ struct Gc {
     #[command(flatten)]
     store: StoreArgs,
     /// Results beyond this size go, oldest first: 500MB, 10GB
-    #[arg(long, value_name = "SIZE", value_parser = size)]
+    #[arg(long, value_name = "SIZE", value_parser = amount::size)]
     max_size: Option<u64>,
     /// Results older than this go: 12h, 30d
-    #[arg(long, value_name = "AGE", value_parser = age)]
+    #[arg(long, value_name = "AGE", value_parser = amount::time)]
     older_than: Option<Duration>,
     /// What the pipelines in this folder need stays, whatever its age and size; without --max-size and --older-than all else goes
     #[arg(long, value_name = "FOLDER")]
@@ -168,39 +168,6 @@ fn pins(folders: &[PathBuf], store: &Store) -> Result<HashSet<Digest>, Stop> {
         }
     }
     Ok(pins)
-}
-
-/// Number and unit of `10GB` or `10 GB`.
-fn parts(text: &str) -> Result<(f64, &str), String> {
-    let text = text.trim();
-    let (number, unit) = text.split_at(text.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(text.len()));
-    Ok((number.parse().map_err(|_| format!("`{text}` doesn't begin with a number"))?, unit.trim()))
-}
-
-fn size(text: &str) -> Result<u64, String> {
-    let (number, unit) = parts(text)?;
-    let scale = match unit {
-        "B" => 1.0,
-        "kB" | "KB" => 1e3,
-        "MB" => 1e6,
-        "GB" => 1e9,
-        "TB" => 1e12,
-        _ => return Err("expected a number with one of B, kB, MB, GB, TB, as in 10GB".into()),
-    };
-    Ok((number * scale) as u64)
-}
-
-fn age(text: &str) -> Result<Duration, String> {
-    let (number, unit) = parts(text)?;
-    let scale = match unit {
-        "s" => 1.0,
-        "min" => 60.0,
-        "h" => 3600.0,
-        "d" => 86_400.0,
-        "w" => 604_800.0,
-        _ => return Err("expected a number with one of s, min, h, d, w, as in 30d".into()),
-    };
-    Duration::try_from_secs_f64(number * scale).map_err(|e| e.to_string())
 }
 
 /// `1.5 GB`.

@@ -275,8 +275,8 @@ fn gc_refuses_what_it_can_not_read() {
     for (arguments, part) in [
         (["--keep", "kept"], "there is no pipeline in it"),
         (["--keep", "absent"], "can't read it"),
-        (["--max-size", "10"], "10GB"),
-        (["--older-than", "a month"], "doesn't begin with a number"),
+        (["--max-size", "10"], "as in 8GB"),
+        (["--older-than", "a month"], "as in 10min"),
     ] {
         let said = project.hvi(&["cache", "gc", arguments[0], arguments[1]]);
         assert_eq!(said.code, 2, "{arguments:?}");
@@ -328,4 +328,81 @@ fn the_reference_of_the_stages_is_current() {
         assert!(made.contains(&format!("\n## {}\n", stage.name)));
         stage.ports.iter().for_each(|port| assert!(made.contains(&format!("| `{}` |", port.name)), "{}", port.name));
     }
+}
+
+/// The properties that RO-Crate 1.1 and the Process Run Crate profile 0.5 require, and that each result names its recipe,
+/// code, host, compiler, time and cores.
+#[test]
+fn exported_results_say_where_they_come_from() {
+    let project = sweep();
+    let export = |to: &str| project.hvi(&["export", "study.toml", "metal", "--to", to]);
+    assert_eq!(export("crate").code, 1, "nothing is there yet");
+    project.run();
+    let said = export("crate");
+    assert_eq!(said.code, 0, "{}", said.err);
+    let crate_of = |to: &str| json(&std::fs::read_to_string(project.path(to).join("ro-crate-metadata.json")).unwrap());
+    let metadata = crate_of("crate");
+    let graph = metadata["@graph"].as_array().unwrap();
+    let entity = |id: &str| graph.iter().find(|e| e["@id"] == id).unwrap_or_else(|| panic!("no {id}"));
+    let descriptor = entity("ro-crate-metadata.json");
+    assert_eq!(descriptor["about"]["@id"], "./");
+    assert_eq!(descriptor["conformsTo"][0]["@id"], "https://w3id.org/ro/crate/1.1");
+    let root = entity("./");
+    for property in ["name", "description", "datePublished", "license", "conformsTo", "hasPart", "mentions"] {
+        assert!(!root[property].is_null(), "the root lacks {property}");
+    }
+    let mut ids: Vec<&str> = graph.iter().map(|e| e["@id"].as_str().unwrap()).collect();
+    let count = ids.len();
+    ids.sort_unstable();
+    ids.dedup();
+    assert_eq!(ids.len(), count, "every entity is there once");
+    for part in root["hasPart"].as_array().unwrap() {
+        let file = entity(part["@id"].as_str().unwrap());
+        let path = project.path("crate").join(file["name"].as_str().unwrap());
+        let bytes = std::fs::read(&path).unwrap();
+        assert_eq!(file["contentSize"], bytes.len().to_string());
+        assert_eq!(file["identifier"], format!("blake3:{}", hvi_cache::Digest::of(&bytes)));
+    }
+    let actions: Vec<_> = graph.iter().filter(|e| e["@type"] == "CreateAction").collect();
+    assert_eq!(actions.len(), 3);
+    for action in actions {
+        let named = |key: &str| -> Vec<String> {
+            let all = action[key].as_array().unwrap_or_else(|| panic!("{key}")).iter();
+            all.map(|i| entity(i["@id"].as_str().unwrap())["name"].as_str().unwrap().to_string()).collect()
+        };
+        assert!(entity(action["instrument"]["@id"].as_str().unwrap())["version"].as_str().unwrap().contains("code "));
+        assert!(named("object")[0].starts_with("recipes/") && named("object").contains(&"set".to_string()));
+        assert!(named("result").len() >= 3, "{:?}", named("result"));
+        assert_eq!(named("environment"), ["host", "compiler", "cores of the host", "threads used"]);
+        assert_eq!(named("resourceUsage")[..2], ["wall time, s", "CPU time, s"]);
+        assert!(action["startTime"].as_str() <= action["endTime"].as_str());
+    }
+    let said = export("crate");
+    assert_eq!(said.code, 2, "never over what is there");
+    assert!(said.err.contains("there are files in it"), "{}", said.err);
+    assert_eq!(export("again").code, 0);
+    assert_eq!(crate_of("again"), metadata, "the same results give the same crate");
+}
+
+/// Neither a link in the output folder nor an edited manifest leads a run out of it.
+#[test]
+fn paths_that_leave_the_output_folder_are_refused() {
+    let project = sweep();
+    std::fs::create_dir_all(project.path("out/study")).unwrap();
+    std::fs::create_dir(project.path("elsewhere")).unwrap();
+    std::os::unix::fs::symlink(project.path("elsewhere"), project.path("out/study/metal")).unwrap();
+    let said = project.run();
+    assert_eq!(said.code, 1);
+    assert!(said.err.contains("leads out of"), "{}", said.err);
+    assert!(project.files("elsewhere").is_empty());
+    std::fs::remove_file(project.path("out/study/metal")).unwrap();
+    assert_eq!(project.run().code, 0);
+    project.write("precious", "mine");
+    let manifest = std::fs::read_to_string(project.path("out/study/.manifest.json")).unwrap();
+    let mut edited = json(&manifest);
+    edited["files"]["../../precious"] = hvi_cache::Digest::of(b"mine").to_string().into();
+    edited["study"] = "".into();
+    project.write("out/study/.manifest.json", &edited.to_string());
+    assert_eq!(project.run().code, 0);
+    assert_eq!(std::fs::read_to_string(project.path("precious")).unwrap(), "mine");
 }
