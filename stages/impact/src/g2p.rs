@@ -216,7 +216,7 @@ mod tests {
             setting.laws[0].prepare(&mut p);
             let mut grid = Grid::default();
             let mut slots = Vec::new();
-            grid.lay_out(&[p], setting.cell, &[false; 2], &mut slots).expect("in reach");
+            grid.lay_out(&[p], setting.cell, &[false; 2], false, &mut slots).expect("in reach");
             // The grid moves by v_x = 2e3 y / s, v_y = -100 m/s: pure shear and a drift through the mirror.
             let mut nodes: Vec<(u32, f64)> = Vec::new();
             for (k, &node) in grid.stencil(slots[0]).iter().enumerate() {

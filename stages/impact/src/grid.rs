@@ -38,7 +38,24 @@ pub struct Lost(pub usize);
 /// Cells from the origin beyond which a coordinate is taken for a runaway: far below where f64 loses the cell's inside.
 const REACH: f64 = 5e8;
 
+/// Where the second body's nodes are kept when bodies have fields of their own: so far along the first axis that keys don't meet.
+const SECOND: i32 = 1 << 30;
+
 impl<const D: usize> Grid<D> {
+    /// Nodes at the same place of the first and the second body's fields.
+    pub fn shared(&self) -> Vec<(u32, u32)> {
+        let n = const { kernel::nodes::<D>() as u32 };
+        let mut pairs = Vec::new();
+        for (b, key) in self.blocks.iter().enumerate().filter(|(_, key)| key[0] > SECOND >> 3) {
+            let mut first = *key;
+            first[0] -= SECOND >> 2;
+            if let Some(a) = self.homes.find(first) {
+                pairs.extend((0..n).map(|k| (a * n + k, b as u32 * n + k)));
+            }
+        }
+        pairs
+    }
+
     /// Nodes of the cell in `slot`, rows of the last axis in order: 4^D numbers.
     #[inline(always)]
     pub fn stencil(&self, slot: u32) -> &[u32] {
@@ -53,7 +70,8 @@ impl<const D: usize> Grid<D> {
         &mut self.nodes[index as usize]
     }
 
-    /// Lays out the nodes around `particles` and puts each particle's cell slot into `slots`; all nodes are zero then.
+    /// Lays out the nodes around `particles` and puts each particle's cell slot into `slots`; all nodes are zero then. With `apart`
+    /// the two bodies get nodes of their own (and no mirror along the first axis).
     ///
     /// # Errors
     /// [`Lost`] for a particle whose position isn't finite or lies more than 5e8 cells away.
@@ -62,6 +80,7 @@ impl<const D: usize> Grid<D> {
         particles: &[Particle<D>],
         cell: f64,
         mirrors: &[bool; D],
+        apart: bool,
         slots: &mut Vec<u32>,
     ) -> Result<(), Lost> {
         self.cells.clear();
@@ -78,6 +97,9 @@ impl<const D: usize> Grid<D> {
                     return Err(Lost(i));
                 }
                 key[d] = c as i32;
+            }
+            if apart {
+                key[0] += p.body as i32 * SECOND;
             }
             let slot = match last {
                 Some((k, slot)) if k == key => slot,
@@ -245,7 +267,7 @@ mod tests {
         let particles: Vec<_> =
             (-9..9).flat_map(|i| (-9..9).map(move |j| at([i as f64 + 0.5, j as f64 + 0.5]))).collect();
         let mut slots = Vec::new();
-        grid.lay_out(&particles, 1.0, &[false; 2], &mut slots).unwrap();
+        grid.lay_out(&particles, 1.0, &[false; 2], false, &mut slots).unwrap();
         for i in 0..17 {
             for j in 0..17 {
                 let (a, right) = (grid.stencil(slots[i * 18 + j]), grid.stencil(slots[i * 18 + j + 1]));
@@ -264,7 +286,7 @@ mod tests {
     fn images_lie_behind_the_mirror() {
         let mut grid = Grid::<3>::default();
         let mut slots = Vec::new();
-        grid.lay_out(&[at([0.5, 0.5, 0.5])], 1.0, &[false, true, true], &mut slots).unwrap();
+        grid.lay_out(&[at([0.5, 0.5, 0.5])], 1.0, &[false, true, true], false, &mut slots).unwrap();
         let nodes = grid.stencil(slots[0]);
         let number = |i: usize, j: usize, k: usize| nodes[i * 16 + j * 4 + k];
         for i in 0..4 {
@@ -280,7 +302,7 @@ mod tests {
     #[test]
     fn a_runaway_is_named() {
         let mut grid = Grid::<1>::default();
-        let lost = grid.lay_out(&[at([0.0]), at([f64::NAN])], 1.0, &[false], &mut Vec::new()).unwrap_err();
+        let lost = grid.lay_out(&[at([0.0]), at([f64::NAN])], 1.0, &[false], false, &mut Vec::new()).unwrap_err();
         assert_eq!(lost.0, 1);
     }
 }

@@ -43,13 +43,21 @@ pub struct Method {
     pub transfer: Transfer,
     /// Order of the stress update.
     pub scheme: Scheme,
+    /// Coulomb friction between the two bodies, which may then slide and part; without it they stick where they meet.
+    pub friction: Option<f64>,
     /// Coefficient of the heat conduction in compressing matter, see [`crate::conduction`]; 0: none.
     pub conduction: f64,
 }
 
 impl Default for Method {
     fn default() -> Self {
-        Method { kernel: Kernel::Cubic, transfer: Transfer::Apic, scheme: Scheme::Midpoint, conduction: CONDUCTION }
+        Method {
+            kernel: Kernel::Cubic,
+            transfer: Transfer::Apic,
+            scheme: Scheme::Midpoint,
+            friction: None,
+            conduction: CONDUCTION,
+        }
     }
 }
 

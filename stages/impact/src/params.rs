@@ -47,6 +47,10 @@ pub struct Params {
     /// When stress is brought up to date.
     #[serde(default)]
     pub scheme: Scheme,
+    /// Coefficient of friction, 0 to 10, between projectile and plate, which may then slide and part. Default: they stick where they
+    /// meet, and part only by spall and damage.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub friction: Option<f64>,
     /// Coefficient of artificial heat conduction in shocks, 0 to 100; 0: none.
     #[serde(default = "conduction")]
     pub conduction: f64,
@@ -257,7 +261,13 @@ impl Params {
 
     /// The variant of the method asked for.
     pub fn method(&self) -> Method {
-        Method { kernel: self.kernel, transfer: self.transfer, scheme: self.scheme, conduction: self.conduction }
+        Method {
+            kernel: self.kernel,
+            transfer: self.transfer,
+            scheme: self.scheme,
+            friction: self.friction,
+            conduction: self.conduction,
+        }
     }
 
     fn check_method(&self) -> Result<(), Invalid> {
@@ -266,6 +276,11 @@ impl Params {
         }
         if !(0.0..=100.0).contains(&self.conduction) {
             return Err(Invalid::new("conduction", format!("is {}, must lie between 0 and 100", self.conduction)));
+        }
+        if let Some(friction) = self.friction
+            && !(0.0..=10.0).contains(&friction)
+        {
+            return Err(Invalid::new("friction", format!("is {friction}, must lie between 0 and 10")));
         }
         if self.kernel == Kernel::Gimp && self.particles != 2 {
             let why =

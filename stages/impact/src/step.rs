@@ -3,6 +3,7 @@
 //! Cubic B-splines, affine (APIC) transfer, stress at the middle of the step, and every joule that a transfer takes out of
 //! motion returned as heat: kinetic (affine included) plus internal energy is conserved to rounding.
 use crate::conduction::Conduction;
+use crate::contact::Contact;
 use crate::grid::{Grid, Lost};
 use crate::material::Law;
 use crate::method::{Method, Scheme};
@@ -89,6 +90,8 @@ pub struct State<const D: usize> {
     work: Vec<Work<D>>,
     #[serde(skip)]
     conduction: Conduction,
+    #[serde(skip)]
+    contact: Contact<D>,
     cut: f64,
 }
 
@@ -132,6 +135,7 @@ impl<const D: usize> State<D> {
             slots: Vec::new(),
             work: Vec::new(),
             conduction: Conduction::default(),
+            contact: Contact::default(),
             cut,
         }
     }
@@ -146,10 +150,20 @@ impl<const D: usize> State<D> {
             self.sort(setting.cell);
         }
         let (grid, work) = (&mut self.grid, &mut self.work);
-        grid.lay_out(&self.particles, setting.cell, &setting.mirrors, &mut self.slots)
-            .map_err(|Lost(i)| Stop::Lost(i))?;
+        grid.lay_out(
+            &self.particles,
+            setting.cell,
+            &setting.mirrors,
+            setting.method.friction.is_some(),
+            &mut self.slots,
+        )
+        .map_err(|Lost(i)| Stop::Lost(i))?;
         p2g::momentum(&self.particles, &self.slots, grid, setting, work);
         grid_update::velocities(grid, self.cut);
+        if let Some(friction) = setting.method.friction {
+            self.contact.find(&self.particles, work, grid, setting, self.cut);
+            self.contact.meet(grid, friction);
+        }
         p2g::gradients(&self.particles, work, grid, setting.cell);
         xpic::damp(&self.particles, work, grid, setting, self.cut);
         if setting.method.conduction > 0.0 {
@@ -157,6 +171,10 @@ impl<const D: usize> State<D> {
         }
         p2g::force(&mut self.particles, work, grid, setting, dt);
         grid_update::accelerate(grid, self.cut, dt);
+        if let Some(friction) = setting.method.friction {
+            self.contact.part(grid, friction);
+            self.contact.warm(&self.particles, work, grid, setting.cell);
+        }
         let wrong = g2p::update(&mut self.particles, work, grid, setting, dt, &mut self.totals);
         if setting.method.scheme == Scheme::Musl {
             remap::deform(&mut self.particles, work, grid, setting, self.cut, dt, &mut self.totals);

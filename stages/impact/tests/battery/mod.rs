@@ -2,6 +2,7 @@
 //!
 //! The tests `battery_*.rs` assert the rows; the example `stability` prints all of them as `docs/stability.md`.
 #![allow(dead_code, reason = "each test binary uses its part")]
+pub mod contact;
 pub mod gas;
 pub mod grid;
 pub mod material;
