@@ -80,3 +80,49 @@ pub fn mean(p: &Particles, value: impl Fn(usize) -> f64, pick: impl Fn(usize) ->
 pub fn drift(impact: &Impact) -> f64 {
     impact.ledger.iter().map(|l| l.drift.abs()).fold(0.0, f64::max)
 }
+
+/// A valid scene at the least resolution: sizes, shapes, shipped materials (GRAY), 10 m/s to 30 km/s, effects on and off. Steps
+/// `seed` on.
+pub fn random_scene(seed: &mut u64) -> Value {
+    let mut uniform = |from: f64, to: f64| {
+        *seed ^= *seed << 13;
+        *seed ^= *seed >> 7;
+        *seed ^= *seed << 17;
+        from + (to - from) * (*seed >> 11) as f64 / (1u64 << 53) as f64
+    };
+    let mut pick = |names: [&'static str; 2]| names[(uniform(0.0, 2.0)) as usize];
+    let (a, b, shape) = (pick(["copper", "aluminium"]), pick(["copper", "aluminium"]), pick(["sphere", "cylinder"]));
+    let diameter = uniform(0.5, 8.0);
+    let velocity = 10.0 * hvi_kit::math::pow(3000.0, uniform(0.0, 1.0));
+    let mut params = json!({
+        "projectile": { "shape": shape, "diameter": format!("{diameter:?} mm"), "material": a },
+        "plate": {
+            "thickness": format!("{:?} mm", diameter * uniform(0.3, 3.0)), "width": format!("{:?} mm", 2.5 * diameter),
+            "material": b,
+        },
+        "velocity": format!("{velocity:?} m/s"), "cells": 2, "strength": uniform(0.0, 1.0) > 0.3,
+        "damage": uniform(0.0, 1.0) > 0.3, "spall": uniform(0.0, 1.0) > 0.3,
+    });
+    if shape == "cylinder" {
+        params["projectile"]["length"] = json!(format!("{:?} mm", diameter * uniform(0.3, 3.0)));
+    }
+    params
+}
+
+/// What is wrong with a run that ended: its ledger is open (rounding of 1e4 steps), or a particle's state is no number.
+pub fn unsound(impact: &Impact) -> Option<String> {
+    let (start, end) = (&impact.ledger[0], impact.ledger.last().expect("an end"));
+    if drift(impact) > 1e-11 {
+        return Some(format!("energy drift {:e}", drift(impact)));
+    }
+    let momentum = (end.momentum / start.momentum - 1.0).abs();
+    if momentum >= 1e-10 {
+        return Some(format!("momentum off by {momentum:e}"));
+    }
+    let p = &impact.snapshots.last().expect("an end").particles;
+    (0..p.mass.len()).find_map(|i| {
+        let sum = p.pressure[i] + p.temperature[i] + p.position[0][i] + p.velocity[0][i] + p.density[i];
+        let sound = sum.is_finite() && p.energy[i] >= 0.0 && p.density[i] > 0.0;
+        (!sound).then(|| format!("particle {i}: {sum}, {} J/kg, {} kg/m3", p.energy[i], p.density[i]))
+    })
+}
