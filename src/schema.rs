@@ -146,13 +146,26 @@ fn plug(port: &Port) -> Value {
 }
 
 /// Adds a port that stands in tables (`plate.eos`) to the types of these tables.
-fn places(stage: &StageDef, object: &Value, types: &mut Map<String, Value>) {
+fn places(stage: &StageDef, object: &mut Value, types: &mut Map<String, Value>) {
     for port in stage.ports.iter().filter(|p| p.arity == Arity::Places) {
-        let tables = object["properties"].as_object().into_iter().flat_map(Map::values);
-        for name in tables.filter_map(|t| t["$ref"].as_str()?.strip_prefix("#/$defs/")) {
-            if let Some(keys) = types.get_mut(name).and_then(|t| t.get_mut("properties")) {
-                keys[port.name] = plug(port);
-            }
-        }
+        let keys = object["properties"].as_object_mut().into_iter().flat_map(Map::values_mut);
+        keys.for_each(|schema| place(port, schema, types));
+    }
+}
+
+/// Adds a port to the keys of a table, where `schema` is one, refers to one, or leaves the choice of one.
+fn place(port: &Port, schema: &mut Value, types: &mut Map<String, Value>) {
+    if let Some(keys) = schema.get_mut("properties") {
+        keys[port.name] = plug(port);
+    }
+    let name = schema["$ref"].as_str().and_then(|r| r.strip_prefix("#/$defs/")).map(str::to_string);
+    // Taken out meanwhile: a type that refers to itself ends here.
+    if let Some((name, mut found)) = name.and_then(|name| types.remove_entry(&name)) {
+        place(port, &mut found, types);
+        types.insert(name, found);
+    }
+    for choice in ["anyOf", "oneOf"] {
+        let options = schema.get_mut(choice).and_then(Value::as_array_mut);
+        options.into_iter().flatten().for_each(|option| place(port, option, types));
     }
 }
