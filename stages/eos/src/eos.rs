@@ -1,5 +1,7 @@
 //! The one interface to every equation of state: a closed enum, and what it answers.
-use crate::model::{gray::Gray, ideal_gas::IdealGas, mie_gruneisen::MieGruneisen};
+use crate::model::stiffened_gas::StiffenedGas;
+use crate::model::{gray::Gray, ideal_gas::IdealGas, mie_gruneisen::MieGruneisen, tabulated::Tabulated};
+use crate::model::{relax, tillotson::Tillotson};
 use crate::{Instructions, Points};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -56,6 +58,12 @@ pub enum Eos {
     MieGruneisen(MieGruneisen),
     /// Gas of constant gamma.
     IdealGas(IdealGas),
+    /// Stiffened gas.
+    StiffenedGas(StiffenedGas),
+    /// Tillotson's.
+    Tillotson(Tillotson),
+    /// States interpolated.
+    Table(Tabulated),
 }
 
 macro_rules! each {
@@ -64,6 +72,9 @@ macro_rules! each {
             Eos::Gray($model) => $answer,
             Eos::MieGruneisen($model) => $answer,
             Eos::IdealGas($model) => $answer,
+            Eos::StiffenedGas($model) => $answer,
+            Eos::Tillotson($model) => $answer,
+            Eos::Table($model) => $answer,
         }
     };
 }
@@ -75,6 +86,9 @@ impl Eos {
             Eos::Gray(_) => "GRAY",
             Eos::MieGruneisen(_) => "Mie-Grueneisen",
             Eos::IdealGas(_) => "ideal gas",
+            Eos::StiffenedGas(_) => "stiffened gas",
+            Eos::Tillotson(_) => "Tillotson",
+            Eos::Table(_) => "table",
         }
     }
     /// Specific volume V0 of the reference state [m3/kg].
@@ -125,7 +139,8 @@ impl Eos {
     pub fn melting_temperature(&self, volume: f64) -> Option<f64> {
         match self {
             Eos::Gray(m) => Some(m.melting_temperature(volume)),
-            Eos::MieGruneisen(_) | Eos::IdealGas(_) => None,
+            Eos::Table(m) => m.melting_temperature(volume),
+            Eos::MieGruneisen(_) | Eos::IdealGas(_) | Eos::StiffenedGas(_) | Eos::Tillotson(_) => None,
         }
     }
     /// Volume of the matter itself in a separated particle [m3/kg]: the smaller of `volume` and the volume at which
@@ -138,6 +153,9 @@ impl Eos {
             Eos::Gray(m) => m.relaxed_volume(volume, energy),
             Eos::MieGruneisen(m) => m.relaxed_volume(volume, energy),
             Eos::IdealGas(_) => volume,
+            Eos::StiffenedGas(m) => m.relaxed_volume(volume, energy),
+            Eos::Tillotson(_) => relax(self.reference_volume(), volume, |v| self.point(v, energy).pressure),
+            Eos::Table(m) => m.relaxed_volume(volume, energy),
         }
     }
 }

@@ -33,11 +33,6 @@ impl<const N: usize> Table<N> {
         let piece = &self.pieces[interval];
         std::array::from_fn(|k| jet(&piece[k], s, self.per_step))
     }
-
-    /// The range of the variable.
-    pub fn range(&self) -> (f64, f64) {
-        (self.start, self.start + self.step * self.pieces.len() as f64)
-    }
 }
 
 /// Coefficients of the quintic with jets `a` at 0 and `b` at 1, in the coordinate local to an interval of length `h`.
@@ -93,7 +88,6 @@ mod tests {
     #[test]
     fn outside_it_holds_its_end_values() {
         let table = Table::<1>::new(1.0, 0.5, &[[[1.0, 1.0, 0.0]], [[1.5, 1.0, 0.0]], [[2.0, 1.0, 0.0]]]);
-        assert_eq!(table.range(), (1.0, 2.0));
         assert_eq!(table.at(0.0)[0][0], 1.0);
         assert!((table.at(7.0)[0][0] - 2.0).abs() < 1e-15);
     }

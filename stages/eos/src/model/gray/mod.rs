@@ -244,24 +244,9 @@ impl Gray {
         [start, end, self.constants.hot_ratio * local.tm]
     }
 
-    /// The smaller of `volume` and the smallest volume at which P = 0 at `energy` (both per kilogram).
-    ///
-    /// Marches from 0.9 V0, where the cold pressure alone is positive, to the first negative pressure, then closes in.
+    /// See [`crate::Eos::relaxed_volume`].
     pub(crate) fn relaxed_volume(&self, volume: f64, energy: f64) -> f64 {
-        let v0 = self.parameters.volume;
-        let pressure = |u: f64| self.point(u * v0, energy).pressure;
-        let end = volume / v0;
-        let mut low = 0.9;
-        while low < end {
-            // Below V_J in steps of V0/20; the vapour varies on the scale of its own volume.
-            let high = (low * 1.05).max(low + 0.05).min(end);
-            if pressure(high) < 0.0 {
-                let root = hvi_kit::math::bisect(low, high, 1e-12, pressure);
-                return root.unwrap_or(low) * v0;
-            }
-            low = high;
-        }
-        volume
+        super::relax(self.parameters.volume, volume, |v| self.point(v, energy).pressure)
     }
 
     /// Refuses parameters whose liquid and vapour do not join: see the caveats in `vapour.rs`' source.
