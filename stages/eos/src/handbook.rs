@@ -1,8 +1,7 @@
 //! Published parameter sets, and the stage `eos.handbook` that hands them out.
-use crate::model::gray::{Gray, Parameters};
-use crate::model::mie_gruneisen;
-use crate::{Eos, EosError, EosResult, MieGruneisen};
-use hvi_kit::units::{Density, SpecificHeat, Temperature, Velocity};
+use crate::EosResult;
+use crate::definition::Definition;
+use crate::model::gray::Parameters;
 use hvi_kit::{Ctx, Invalid, Stage, StageError};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -33,6 +32,20 @@ impl Set {
     /// Every set.
     pub const ALL: [Set; 3] = [Set::CopperRoyce, Set::CopperPaperMd, Set::AluminiumPaper];
 
+    /// Its name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Set::CopperRoyce => "copper-royce",
+            Set::CopperPaperMd => "copper-paper-md",
+            Set::AluminiumPaper => "aluminium-paper",
+        }
+    }
+
+    /// The set called `name`.
+    pub fn named(name: &str) -> Option<Set> {
+        Set::ALL.into_iter().find(|s| s.name() == name)
+    }
+
     /// The parameters, converted from the paper's units (cm3/g, cm/us, kJ/mol/K2, K).
     pub fn parameters(self) -> Parameters {
         let (cu, al) = ((COPPER_MOLAR_MASS, COPPER_COHESION), (ALUMINIUM_MOLAR_MASS, ALUMINIUM_COHESION));
@@ -55,99 +68,42 @@ impl Set {
     }
 }
 
-/// A Mie-Grueneisen material, see [`MieGruneisen`].
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Linear {
-    /// Reference density rho0.
-    pub density: Density,
-    /// Intercept c0 of Us = c0 + s up.
-    pub sound_speed: Velocity,
-    /// Slope s of Us = c0 + s up.
-    pub slope: f64,
-    /// Grueneisen coefficient at rho0; gamma rho is constant.
-    pub gruneisen: f64,
-    /// Heat capacity.
-    pub heat_capacity: SpecificHeat,
-    /// Temperature of the reference state.
-    #[serde(default = "room")]
-    pub reference_temperature: Temperature,
-}
-
-fn room() -> Temperature {
-    Temperature::new(293.0)
-}
-
-/// Parameters of the stage: exactly one of both keys.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Params {
-    /// A published set of GRAY.
-    #[serde(default)]
-    pub set: Option<Set>,
-    /// Mie-Grueneisen with these parameters.
-    #[serde(default)]
-    pub mie_gruneisen: Option<Linear>,
-}
-
 /// The stage.
 pub struct Handbook;
 impl Stage for Handbook {
     const NAME: &'static str = "eos.handbook";
-    const SUMMARY: &'static str = "equation of state with published parameters (GRAY sets, or Mie-Grueneisen)";
-    type Params = Params;
+    const SUMMARY: &'static str = "equation of state by a published set's name, or with parameters given (GRAY, Mie-Grueneisen, Tillotson, gases)";
+    type Params = Definition;
     type Inputs = ();
     type Output = EosResult;
 
-    fn check(params: &Params) -> Result<(), Invalid> {
-        make(params).map(drop)
+    fn check(params: &Definition) -> Result<(), Invalid> {
+        params.make().map(drop)
     }
 
-    fn cost(_: &Params) -> f64 {
+    fn cost(_: &Definition) -> f64 {
         0.01
     }
 
-    fn run(params: &Params, _: (), _: &Ctx<'_>) -> Result<EosResult, StageError> {
-        make(params).map_err(|e| StageError::physics(format!("{}: {}", e.key, e.why)))
-    }
-}
-
-/// The equation of state that `params` names.
-fn make(params: &Params) -> Result<EosResult, Invalid> {
-    let named = |key: &'static str| move |e: EosError| Invalid::new(key, e.to_string());
-    match (params.set, &params.mie_gruneisen) {
-        (Some(set), None) => {
-            let eos = Eos::Gray(Gray::new(set.parameters()).map_err(named("set"))?);
-            Ok(EosResult { eos, source: set.source().into(), fit: None })
-        }
-        (None, Some(m)) => {
-            let parameters = mie_gruneisen::Parameters {
-                density: m.density.si(),
-                sound_speed: m.sound_speed.si(),
-                slope: m.slope,
-                gruneisen: m.gruneisen,
-                heat_capacity: m.heat_capacity.si(),
-                reference_temperature: m.reference_temperature.si(),
-            };
-            let eos = Eos::MieGruneisen(MieGruneisen::new(parameters).map_err(named("mie_gruneisen"))?);
-            Ok(EosResult { eos, source: "parameters given in the pipeline".into(), fit: None })
-        }
-        _ => Err(Invalid::new(
-            "set",
-            "give either `set` (copper-royce, copper-paper-md, aluminium-paper) or `mie_gruneisen`",
-        )),
+    fn run(params: &Definition, _: (), _: &Ctx<'_>) -> Result<EosResult, StageError> {
+        params.make().map_err(|e| StageError::physics(format!("{}: {}", e.key, e.why)))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Eos;
+    use crate::definition::Linear;
     use hvi_kit::Artifact;
+    use hvi_kit::units::{Density, SpecificHeat, Temperature, Velocity};
 
     #[test]
     fn every_set_is_an_equation_of_state_to_look_at() {
         for set in Set::ALL {
-            let params = Params { set: Some(set), mie_gruneisen: None };
+            assert_eq!(Set::named(set.name()), Some(set));
+            assert_eq!(serde_json::to_value(set).unwrap(), set.name());
+            let params = Definition::of(set);
             Handbook::check(&params).unwrap();
             let result = Handbook::run(&params, (), &Ctx::quiet()).unwrap();
             assert_eq!(result.eos.name(), "GRAY");
@@ -155,19 +111,35 @@ mod tests {
         }
     }
 
+    /// Written out with units and read back: the same bits.
+    #[test]
+    fn a_description_reads_back() {
+        for set in Set::ALL {
+            let result = Definition::of(set).make().unwrap();
+            let text = serde_json::to_string(&Definition::describe(&result).unwrap()).unwrap();
+            assert!(text.contains(" m3/kg\""), "{text}");
+            let again = serde_json::from_str::<Definition>(&text).unwrap().make().unwrap();
+            assert_eq!(again, result);
+        }
+        let gas = r#"{"ideal_gas": {"density": "1.2 kg/m3", "gamma": 1.4, "heat_capacity": "718 J/kg/K"}}"#;
+        let gas = serde_json::from_str::<Definition>(gas).unwrap().make().unwrap();
+        assert!(matches!(&gas.eos, Eos::IdealGas(g) if g.reference_temperature == 300.0));
+        assert_eq!(Definition::describe(&gas).unwrap().make().unwrap(), gas);
+    }
+
     #[test]
     fn one_key_is_wanted_and_a_bad_value_is_named() {
-        let wrong = |params: &Params| Handbook::check(params).unwrap_err();
-        assert!(wrong(&Params { set: None, mie_gruneisen: None }).why.contains("either `set`"));
+        let wrong = |params: &Definition| Handbook::check(params).unwrap_err();
+        assert!(wrong(&Definition::default()).why.contains("exactly one is wanted"));
         let linear = Linear {
             density: Density::new(2703.0),
             sound_speed: Velocity::new(5240.0),
             slope: 1.4,
             gruneisen: -1.97,
             heat_capacity: SpecificHeat::new(875.0),
-            reference_temperature: room(),
+            reference_temperature: Temperature::new(293.0),
         };
-        let message = wrong(&Params { set: None, mie_gruneisen: Some(linear) });
+        let message = wrong(&Definition { mie_gruneisen: Some(linear), ..Definition::default() });
         assert_eq!((message.key.as_str(), message.why.contains("gruneisen is -1.97")), ("mie_gruneisen", true));
     }
 }

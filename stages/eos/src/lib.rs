@@ -2,11 +2,13 @@
 //!
 //! `eos.rs` the one interface, `points.rs` its answers for many states, `lanes/` eight numbers side by side; `model/` one file a
 //! model; `curve.rs` Hugoniot and release; `landmarks.rs` melting in numbers; `handbook.rs` published parameters (stage
-//! `eos.handbook`); `tabulate.rs` tables (stages `eos.table`, `eos.sesame`); `fit/` GRAY from states (stage `eos.gray`);
+//! `eos.handbook`), `definition.rs` as people write them; `curves/` what to look at (stage `eos.curves`); `tabulate.rs` tables (stages `eos.table`, `eos.sesame`); `fit/` GRAY from states (stage `eos.gray`);
 //! `result.rs` what they pass on; `show.rs` how it looks.
 //! SI throughout: V specific volume [m3/kg], E specific energy [J/kg], P [Pa], T [K]; energy is zero at the reference
 //! state (V0, T0) of the metals.
 pub mod curve;
+pub mod curves;
+pub mod definition;
 mod eos;
 pub mod fit;
 pub mod handbook;

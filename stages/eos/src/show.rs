@@ -1,4 +1,6 @@
-//! Tables and figures of an equation of state.
+//! Tables and figures of an equation of state; `curves.rs` of its curves, `surface.rs` Fig 4.
+pub(crate) mod curves;
+mod surface;
 use crate::fit::{FitReport, Residual};
 use crate::handbook::{COPPER_MOLAR_MASS, Set};
 use crate::model::gray::{Gray, Parameters};

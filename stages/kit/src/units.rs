@@ -21,6 +21,7 @@ pub enum Dimension {
     SpecificVolume,
     SpecificEnergy,
     SpecificHeat,
+    ElectronicHeat,
     MolarMass,
     Rate,
     Angle,
@@ -39,6 +40,7 @@ impl Dimension {
             Dimension::SpecificVolume => "m3/kg",
             Dimension::SpecificEnergy => "J/kg",
             Dimension::SpecificHeat => "J/kg/K",
+            Dimension::ElectronicHeat => "J/kg/K2",
             Dimension::MolarMass => "kg/mol",
             Dimension::Rate => "1/s",
             Dimension::Angle => "rad",
@@ -57,6 +59,7 @@ impl Dimension {
             Dimension::SpecificVolume => "0.112 cm3/g",
             Dimension::SpecificEnergy => "5.2 MJ/kg",
             Dimension::SpecificHeat => "385 J/kg/K",
+            Dimension::ElectronicHeat => "7.7 mJ/kg/K2",
             Dimension::MolarMass => "63.546 g/mol",
             Dimension::Rate => "1 1/s",
             Dimension::Angle => "30 deg",
@@ -121,6 +124,8 @@ const UNITS: &[Unit] = {
         Unit("kJ/g", SpecificEnergy, 1.0, 6),
         Unit("MJ/kg", SpecificEnergy, 1.0, 6),
         Unit("J/kg/K", SpecificHeat, 1.0, 0),
+        Unit("J/kg/K2", ElectronicHeat, 1.0, 0),
+        Unit("mJ/kg/K2", ElectronicHeat, 1.0, -3),
         Unit("kg/mol", MolarMass, 1.0, 0),
         Unit("g/mol", MolarMass, 1.0, -3),
         Unit("1/s", Rate, 1.0, 0),
@@ -234,6 +239,8 @@ quantities! {
     SpecificEnergy,
     /// Heat capacity per mass [J/kg/K].
     SpecificHeat,
+    /// Electronic heat coefficient per mass [J/kg/K2].
+    ElectronicHeat,
     /// Mass of one mole [kg/mol].
     MolarMass,
     /// Rate [1/s].

@@ -1,0 +1,154 @@
+//! Curves of any equation of state, point by point.
+use crate::curve::{CurveError, Shock};
+use crate::{Eos, Phase};
+use hvi_kit::math::bisect;
+use serde::{Deserialize, Serialize};
+
+/// One state on a curve.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Sample {
+    /// Specific volume [m3/kg].
+    pub volume: f64,
+    /// Temperature [K].
+    pub temperature: f64,
+    /// Specific energy [J/kg].
+    pub energy: f64,
+    /// Pressure [Pa].
+    pub pressure: f64,
+    /// Regime.
+    pub phase: Phase,
+    /// Share of liquid, 0..1.
+    pub liquid: f64,
+    /// Sound speed [m/s].
+    pub sound_speed: f64,
+    /// On the Hugoniot: particle velocity and shock velocity [m/s].
+    pub velocities: Option<[f64; 2]>,
+}
+
+/// States a curve has.
+pub const COUNT: usize = 200;
+/// Volumes a melting curve looks at and isobars search, over V0.
+const WIDEST: f64 = 1.45;
+
+impl Eos {
+    /// The state at (`volume` [m3/kg], `energy` [J/kg]).
+    pub fn sample(&self, volume: f64, energy: f64) -> Sample {
+        let at = self.point(volume, energy);
+        Sample {
+            volume,
+            energy,
+            temperature: at.temperature,
+            pressure: at.pressure,
+            phase: at.phase,
+            liquid: at.liquid,
+            sound_speed: at.sound_speed,
+            velocities: None,
+        }
+    }
+
+    /// The principal Hugoniot up to `pressure` [Pa], [`COUNT`] steps of equal volume.
+    ///
+    /// # Errors
+    /// [`CurveError`] where no shock has that pressure.
+    pub fn hugoniot_curve(&self, pressure: f64) -> Result<Vec<Sample>, CurveError> {
+        let (start, end) = (self.reference_volume(), self.hugoniot_at_pressure(pressure)?.volume);
+        (0..=COUNT)
+            .map(|i| {
+                let s = self.hugoniot(start + (end - start) * i as f64 / COUNT as f64)?;
+                let velocities = Some([s.particle_velocity, s.shock_velocity]);
+                Ok(Sample { velocities, ..self.sample(s.volume, s.energy) })
+            })
+            .collect()
+    }
+
+    /// The isotherm of `temperature` [K] between two volumes [m3/kg], in steps of equal volume.
+    pub fn isotherm_curve(&self, temperature: f64, from: f64, to: f64) -> Vec<Sample> {
+        let at = |i: usize| from + (to - from) * i as f64 / COUNT as f64;
+        (0..=COUNT).map(|i| self.sample(at(i), self.energy_at(at(i), temperature))).collect()
+    }
+
+    /// The isobar of `pressure` [Pa] between two temperatures [K], in steps of equal temperature: the densest volume each has it at.
+    /// It ends where matter below 1.45 V0 has that pressure no more.
+    pub fn isobar_curve(&self, pressure: f64, from: f64, to: f64) -> Vec<Sample> {
+        let v0 = self.reference_volume();
+        let at = |i: usize| from + (to - from) * i as f64 / COUNT as f64;
+        let sample = |i: usize| {
+            let excess = |v: f64| self.pressure_at(v, at(i)) - pressure;
+            let step = 0.01 * v0;
+            let first = (0..).map(|k| 0.3 * v0 + step * f64::from(k)).take_while(|v| *v < WIDEST * v0);
+            let mut pairs = first.map(|v| (v, v + step));
+            let (a, b) = pairs.find(|&(a, b)| excess(a) > 0.0 && excess(b) <= 0.0)?;
+            let v = bisect(a, b, 1e-13 * v0, excess)?;
+            Some(self.sample(v, self.energy_at(v, at(i))))
+        };
+        (0..=COUNT).map_while(sample).collect()
+    }
+
+    /// The isentrope from (`volume` [m3/kg], `temperature` [K]) to the volume `to`.
+    pub fn isentrope_curve(&self, volume: f64, temperature: f64, to: f64) -> Vec<Sample> {
+        let at = |i: usize| volume + (to - volume) * i as f64 / COUNT as f64;
+        let mut energy = self.energy_at(volume, temperature);
+        let mut all = vec![self.sample(volume, energy)];
+        for i in 0..COUNT {
+            energy = self.isentrope(at(i), energy, at(i + 1), 10);
+            all.push(self.sample(at(i + 1), energy));
+        }
+        all
+    }
+
+    /// The release of `shock` along its isentrope to zero pressure.
+    ///
+    /// # Errors
+    /// [`CurveError`] where the pressure never vanishes.
+    pub fn release_curve(&self, shock: &Shock) -> Result<Vec<Sample>, CurveError> {
+        let end = self.release(shock)?.volume;
+        let at = |i: usize| shock.volume + (end - shock.volume) * i as f64 / COUNT as f64;
+        let mut energy = shock.energy;
+        let mut all = vec![self.sample(shock.volume, energy)];
+        for i in 0..COUNT {
+            energy = self.isentrope(at(i), energy, at(i + 1), 20);
+            all.push(self.sample(at(i + 1), energy));
+        }
+        Ok(all)
+    }
+
+    /// Where melting begins and where it ends, from the expanded to the dense side, where P lies between 0 and `pressure` [Pa];
+    /// empty for a model without melting.
+    pub fn melting_curves(&self, pressure: f64) -> [Vec<Sample>; 2] {
+        let v0 = self.reference_volume();
+        let mut both = [Vec::new(), Vec::new()];
+        for i in 0..=4 * COUNT {
+            let v = v0 * (WIDEST - (WIDEST - 0.4) * i as f64 / (4 * COUNT) as f64);
+            let Some(tm) = self.melting_temperature(v) else { continue };
+            let (low, high) = (self.energy_at(v, 0.3 * tm), self.energy_at(v, 3.0 * tm));
+            for (k, level) in [1e-12, 1.0 - 1e-12].into_iter().enumerate() {
+                let border = bisect(low, high, 1e-12 * high.abs(), |e| self.point(v, e).liquid - level);
+                let sample = border.map(|e| self.sample(v, e)).filter(|s| (0.0..=pressure).contains(&s.pressure));
+                both[k].extend(sample);
+            }
+        }
+        both
+    }
+
+    /// The critical point: the hottest isotherm on which the pressure, beyond 1.1 V0, does not fall with volume somewhere. `None` for
+    /// models without a vapour of their own.
+    pub fn critical_point(&self) -> Option<Sample> {
+        let Eos::Gray(gray) = self else { return None };
+        let v0 = self.reference_volume();
+        // (dP/dV)_T at its largest, and where: on a grid of V, then closed in on by thirds.
+        let steepest = |t: f64| {
+            let slope = |x: f64| gray.at(v0 * hvi_kit::math::exp(x), t).0.p_v;
+            let (from, step) = (0.1, 0.01);
+            let best = (0..400).map(|i| from + step * f64::from(i)).max_by(|a, b| slope(*a).total_cmp(&slope(*b)))?;
+            let (mut low, mut high) = (best - step, best + step);
+            for _ in 0..60 {
+                let (a, b) = (low + (high - low) / 3.0, high - (high - low) / 3.0);
+                if slope(a) > slope(b) { high = b } else { low = a }
+            }
+            Some((slope(0.5 * (low + high)), v0 * hvi_kit::math::exp(0.5 * (low + high))))
+        };
+        let t = bisect(1e3, 1e5, 1e-6, |t| steepest(t).map_or(f64::NAN, |s| s.0))?;
+        let v = steepest(t)?.1;
+        Some(self.sample(v, self.energy_at(v, t)))
+    }
+}
