@@ -1,6 +1,6 @@
 //! The command line: which commands there are, and their exit codes.
 use crate::commands::{
-    Stop, cache, compare, diff, explain, export, graph, init, plan, run, schema, shell, stages, status,
+    Stop, cache, compare, diff, eos, explain, export, graph, init, plan, run, schema, shell, stages, status,
 };
 use crate::console::warn;
 use clap::{CommandFactory, Parser, Subcommand};
@@ -39,6 +39,8 @@ enum Command {
     Cache(cache::Args),
     /// Write a small commented pipeline to begin with
     Init(init::Args),
+    /// Ask an equation of state for states and curves
+    Eos(eos::Args),
     /// List the stages a step can use, or all their keys
     Stages(stages::Args),
     /// Print the JSON schema of pipeline files, for editors, or of the lines of `run --json`
@@ -62,6 +64,7 @@ pub fn main() -> ExitCode {
         Command::Graph(args) => graph::run(&args),
         Command::Cache(args) => cache::run(&args),
         Command::Init(args) => init::run(&args),
+        Command::Eos(args) => eos::run(&args),
         Command::Stages(args) => stages::run(&args),
         Command::Schema(args) => schema::run(&args),
         Command::Completions(args) => shell::completions(&args, Cli::command()),

@@ -2,6 +2,7 @@
 pub mod cache;
 pub mod compare;
 pub mod diff;
+pub mod eos;
 pub mod explain;
 pub mod export;
 pub mod graph;

@@ -8,6 +8,7 @@ mod suite {
     pub mod bits;
     pub mod cache;
     pub mod commands;
+    pub mod eos;
     pub mod faults;
     pub mod language;
     pub mod project;

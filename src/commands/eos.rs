@@ -137,7 +137,9 @@ fn curve(eos: &Eos, kind: &Kind) -> Result<Vec<hvi_eos::curves::trace::Sample>, 
             let t = above_zero("--temperature", temperature, Dimension::Temperature)?;
             eos.isotherm_curve(t, v0, densest(eos, t, up_to.si()?))
         }
-        Kind::Isobar { pressure } => eos.isobar_curve(quantity("--pressure", pressure, Dimension::Pressure)?, 100.0, 6000.0),
+        Kind::Isobar { pressure } => {
+            eos.isobar_curve(quantity("--pressure", pressure, Dimension::Pressure)?, 100.0, 6000.0)
+        }
         Kind::Isentrope { temperature, up_to } => {
             let t = above_zero("--temperature", temperature, Dimension::Temperature)?;
             eos.isentrope_curve(v0, t, densest(eos, eos.reference_temperature(), up_to.si()?))
@@ -155,7 +157,11 @@ fn curve(eos: &Eos, kind: &Kind) -> Result<Vec<hvi_eos::curves::trace::Sample>, 
         }
         Kind::Critical => {
             let point = eos.critical_point();
-            vec![point.ok_or_else(|| Mistake::new(format!("the {} equation of state has no critical point", eos.name())))?]
+            vec![
+                point.ok_or_else(|| {
+                    Mistake::new(format!("the {} equation of state has no critical point", eos.name()))
+                })?,
+            ]
         }
     })
 }
@@ -177,7 +183,12 @@ fn above_zero(option: &str, text: &str, dimension: Dimension) -> Result<f64, Mis
 
 /// `[from, to, count]` as that many numbers, both ends included.
 fn range(option: &str, words: &[String]) -> Result<Vec<f64>, Mistake> {
-    let wrong = || Mistake::new(format!("{option} {}: expected two rising positive numbers and a count from 2 to 10000", words.join(" ")));
+    let wrong = || {
+        Mistake::new(format!(
+            "{option} {}: expected two rising positive numbers and a count from 2 to 10000",
+            words.join(" ")
+        ))
+    };
     let number = |k: usize| words[k].parse::<f64>().ok().filter(|x: &f64| *x > 0.0 && x.is_finite()).ok_or_else(wrong);
     let (from, to) = (number(0)?, number(1)?);
     let count = words[2].parse::<usize>().ok().filter(|n| (2..=10_000).contains(n) && to > from).ok_or_else(wrong)?;

@@ -46,10 +46,6 @@ pub struct EosError {
 }
 
 /// An equation of state.
-#[expect(
-    clippy::large_enum_variant,
-    reason = "the solver holds one a body and calls it a billion times: no indirection"
-)]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub enum Eos {
     /// Royce's three-phase GRAY.

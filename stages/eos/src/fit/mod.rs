@@ -45,6 +45,16 @@ pub enum Weights {
     Errors,
 }
 
+/// How a residual counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Loss {
+    /// Its square, as published.
+    Square,
+    /// Its square while it is small, its size beyond three times the median (soft L1): a few mislabelled states then decide nothing.
+    Soft,
+}
+
 /// Parameters of the stage.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -53,6 +63,8 @@ pub struct Params {
     pub method: Method,
     /// What the residuals are divided by.
     pub weights: Weights,
+    /// How a residual counts.
+    pub loss: Loss,
     /// Temperature of the reference state.
     pub reference_temperature: Temperature,
     /// Energy of the dilute gas at T -> 0 above the reference state; sets the vapour only. Default: copper's.
@@ -68,11 +80,24 @@ impl Default for Params {
         Params {
             method: Method::Labelled,
             weights: Weights::Uniform,
+            loss: Loss::Square,
             reference_temperature: Temperature::new(300.0),
             cohesive_energy: SpecificEnergy::new(COPPER_COHESION / COPPER_MOLAR_MASS),
             melting_entropy: 1.16,
             bootstrap: 100,
         }
+    }
+}
+
+/// What the two fits need to know.
+#[derive(Clone, Copy, Debug)]
+struct Rule {
+    method: Method,
+    loss: Loss,
+}
+impl From<&Params> for Rule {
+    fn from(params: &Params) -> Rule {
+        Rule { method: params.method, loss: params.loss }
     }
 }
 
@@ -134,7 +159,7 @@ pub fn fit(params: &Params, states: &[State], melting: &[Coexistence], ctx: &Ctx
     let data = states::Data::new(states, melting, params.reference_temperature.si(), params.weights)
         .map_err(StageError::physics)?;
     let start = two_stage::start(&data, params);
-    let fit = two_stage::fit(&data, &start, params.method, true).map_err(StageError::physics)?;
+    let fit = two_stage::fit(&data, &start, params.into(), true).map_err(StageError::physics)?;
     let p = fit.gray.parameters().clone();
     let densest = data.rows.iter().map(|r| 1.0 - r.volume / p.volume).fold(0.0, f64::max);
     if p.slope * densest > 0.92 {
@@ -146,7 +171,7 @@ pub fn fit(params: &Params, states: &[State], melting: &[Coexistence], ctx: &Ctx
         ))));
     }
     let gray = with_vapour(p).map_err(StageError::physics)?;
-    let shifted = two_stage::with_other_volume(&data, gray.parameters(), params.method);
+    let shifted = two_stage::with_other_volume(&data, gray.parameters(), params.into());
     let bootstrap = report::bootstrap(&data, gray.parameters(), params, ctx)?;
     let report = FitReport::new(&data, &fit, &gray, shifted.as_ref(), params, &bootstrap);
     let points = match melting.len() {

@@ -1,7 +1,7 @@
 //! What came out of the fit, and how sure it is: parameters, errors, correlations, residuals.
 use super::states::{Data, MeltingPoint};
 use super::two_stage::{self, Fit};
-use super::{Method, Params, Weights};
+use super::{Loss, Method, Params, Weights};
 use crate::landmarks::{Landmark, landmarks};
 use crate::model::gray::{Branch, Gray, Parameters};
 use hvi_kit::{Ctx, StageError};
@@ -100,7 +100,7 @@ pub(super) fn bootstrap(
         if sample.check().is_err() {
             continue;
         }
-        if let Ok(fit) = two_stage::fit(&sample, &start, params.method, false) {
+        if let Ok(fit) = two_stage::fit(&sample, &start, params.into(), false) {
             found.push(fitted_values(fit.gray.parameters()));
         }
     }
@@ -208,9 +208,13 @@ fn notes(params: &Params, data: &Data, fit: &Fit, gray: &Gray) -> Vec<String> {
         }
         Weights::Errors => "States weigh by their standard errors.",
     };
+    let loss = match params.loss {
+        Loss::Square => "Residuals count by their squares, as published.",
+        Loss::Soft => "Residuals beyond three times the median count by their size only (soft L1).",
+    };
     let classical = "The states are classical and without electrons: g_e absorbs the anharmonicity of the lattice, it is no \
                      electronic heat, and the heat capacity at 300 K is 3R rather than the measured 2.94 R.";
-    let mut notes: Vec<String> = [method, weights, classical].map(String::from).into();
+    let mut notes: Vec<String> = [method, weights, loss, classical].map(String::from).into();
     if !data.melting.is_empty() {
         notes.push(
             "T_m and its dependence on volume come from crystal and melt in one cell, without overheating; the melt's energy then \

@@ -1,6 +1,6 @@
 //! Recovery: states made from a known GRAY with known noise, and what the fit makes of them.
 use super::states::{Data, Row};
-use super::{FitError, Fitting, Method, Params, Weights, fit, two_stage};
+use super::{FitError, Fitting, Loss, Method, Params, Rule, Weights, fit, two_stage};
 use crate::handbook::Set;
 use crate::model::gray::{Branch, Gray, Parameters};
 use crate::{Eos, EosResult, Phase};
@@ -28,7 +28,11 @@ impl Noise {
 ///
 /// Noise: pressure as given [Pa], energy such that T moves by 10 K.
 fn states(set: Set, seed: u64, pressure_error: impl Fn(f64) -> f64) -> Vec<State> {
-    let gray = Gray::new(set.parameters()).unwrap();
+    states_of(&Gray::new(set.parameters()).unwrap(), seed, 0.7, pressure_error)
+}
+
+/// As [`states`], of any GRAY, down to `densest` V0.
+fn states_of(gray: &Gray, seed: u64, densest: f64, pressure_error: impl Fn(f64) -> f64) -> Vec<State> {
     let p = gray.parameters();
     let energy_error = 30.0 * p.specific_gas_constant();
     let mut noise = Noise(0x1234_5678_9abc_def1 ^ (seed << 32));
@@ -39,7 +43,7 @@ fn states(set: Set, seed: u64, pressure_error: impl Fn(f64) -> f64) -> Vec<State
     for i in 0..25 {
         for j in 0..20 {
             let (volume, temperature) =
-                (p.volume * (1.05 - 0.35 / 24.0 * f64::from(i)), 300.0 + 3700.0 / 19.0 * f64::from(j));
+                (p.volume * (1.05 - (1.05 - densest) / 24.0 * f64::from(i)), 300.0 + 3700.0 / 19.0 * f64::from(j));
             let (at, phase) = gray.at(volume, temperature);
             // A run is either on the lattice or not: nothing in between.
             if phase == Phase::Melting {
@@ -100,7 +104,7 @@ fn true_data(set: Set, seed: u64) -> Data {
 /// correlations of -0.98 (C, S) and +0.93 (gamma0, a): the bias must lie below those, the spread must be theirs within a
 /// factor of 1.5 (another grid of states), and the 68 % intervals must cover the truth in 50 to 85 % of cases.
 #[test]
-fn twenty_seeds_recover_the_truth() {
+fn twenty_seeds_recover_the_truth_and_print_the_figures() {
     let truth = values(&Set::CopperRoyce.parameters());
     let mut start = Set::CopperRoyce.parameters();
     (start.sound_speed, start.slope, start.gruneisen, start.gruneisen_slope) = (3700.0, 1.4, 2.0, 1.5);
@@ -109,7 +113,8 @@ fn twenty_seeds_recover_the_truth() {
     let (mut covered, mut correlation) = ([0; 6], [0.0; 2]);
     for seed in 1..=20 {
         let data = true_data(Set::CopperRoyce, seed);
-        let found = two_stage::fit(&data, &start, Method::Published, true).unwrap();
+        let found =
+            two_stage::fit(&data, &start, Rule { method: Method::Published, loss: Loss::Square }, true).unwrap();
         let x = values(found.gray.parameters());
         let (c, t) = (found.pressure.covariance.unwrap(), found.temperature.covariance.unwrap());
         let sigma = [c[0][0], c[1][1], c[2][2], c[3][3], t[0][0], t[1][1]].map(f64::sqrt);
@@ -123,6 +128,9 @@ fn twenty_seeds_recover_the_truth() {
     let spread: [f64; 6] = std::array::from_fn(|k| {
         (errors.iter().map(|e| (e[k] - mean[k]) * (e[k] - mean[k])).sum::<f64>() / 19.0).sqrt()
     });
+    println!(
+        "20 seeds, C S gamma0 a Tm0 g_e: bias {mean:.5?}, spread {spread:.5?}, within one sigma {covered:?} of 20"
+    );
     let text = format!("bias {mean:?}, spread {spread:?}, covered {covered:?}, correlations {correlation:?}");
     for (k, published) in [0.0008, 0.0015, 0.006, 0.034].into_iter().enumerate() {
         assert!(mean[k].abs() < published, "{text}");
@@ -184,6 +192,35 @@ fn melting_points_give_the_entropy_of_melting() {
     assert!(off(&without).abs() > 0.05, "{without:?}");
     assert_eq!((report.parameters.len(), report.melting.len()), (8, 4));
     assert!(report.melting.iter().all(|(m, model)| (model - m.temperature).abs() < 0.01 * m.temperature));
+}
+
+/// One state in twelve wrong by 8 GPa and 300 K: the soft loss finds the truth, the squares do not.
+#[test]
+fn a_soft_loss_forgets_wrong_states() {
+    let truth = values(&Set::CopperRoyce.parameters());
+    let mut off = [0.0f64; 2];
+    for seed in 1..=5 {
+        let mut made = states(Set::CopperRoyce, seed, |_| 0.1e9);
+        let heat = 3.0 * Set::CopperRoyce.parameters().specific_gas_constant();
+        for s in made.iter_mut().skip(7).step_by(12).filter(|s| s.temperature > 400.0) {
+            s.pressure += 8e9;
+            s.energy += 300.0 * heat;
+        }
+        for (k, loss) in [Loss::Square, Loss::Soft].into_iter().enumerate() {
+            let weights = if loss == Loss::Soft { Weights::Errors } else { Weights::Uniform };
+            let params = Params { loss, weights, bootstrap: 0, ..Params::default() };
+            let result = fit(&params, &made, &[], &Ctx::quiet()).unwrap();
+            let Eos::Gray(gray) = &result.eos else { unreachable!() };
+            let found = values(gray.parameters());
+            off[k] = (0..5).map(|i| (found[i] / truth[i] - 1.0).abs()).fold(off[k], f64::max);
+        }
+    }
+    println!(
+        "one state in twelve wrong: largest error of C, S, gamma0, a, Tm0: squares {:.3}, soft {:.3}",
+        off[0], off[1]
+    );
+    // Soft L1 bounds the pull of a wrong state at that of a residual of 3 medians (0.2 GPa here, of 8 GPa), it does not end it.
+    assert!(off[1] < 0.25 * off[0], "{off:?}");
 }
 
 /// The whole stage, which finds V0 and the zero of energy by itself, with the errors that MD has: 0.1 GPa at 2000 K,
@@ -315,6 +352,10 @@ fn refuses_with_a_reason() {
     assert!(refused(&|s| s.pressure > 1e9).contains("both sides of zero pressure"));
     let mut unweighted = all.clone();
     unweighted[3].pressure_error = 0.0;
+    // S x = 1.489 x 0.63 at the densest.
+    let pole = states_of(&Gray::new(Set::CopperRoyce.parameters()).unwrap(), 1, 0.37, |_| 0.1e9);
+    let why = fit(&params, &pole, &[], &Ctx::quiet()).unwrap_err().to_string();
+    assert!(why.contains("pole of the Hugoniot"), "{why}");
     let weighted = Params { weights: Weights::Errors, ..params };
     assert!(fit(&weighted, &unweighted, &[], &Ctx::quiet()).unwrap_err().to_string().contains("no standard errors"));
     let wild = Data::new(&[State { energy: f64::NAN, ..all[0].clone() }], &[], 300.0, Weights::Uniform).unwrap_err();

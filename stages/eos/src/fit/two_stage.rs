@@ -3,7 +3,7 @@
 //! Liu, Wang, Zhang (2013), eqs 31-34. The constraints (all parameters positive) hold by fitting logarithms.
 use super::least_squares::{Minimum, minimise};
 use super::states::{Data, MeltingPoint, Row};
-use super::{FitError, Method, Params};
+use super::{FitError, Loss, Method, Params, Rule};
 use crate::model::gray::{Branch, Gray, Parameters};
 
 /// Both minima and the parameters they make.
@@ -24,23 +24,30 @@ const ROUNDS: usize = 3;
 const LEAST_ELECTRONIC: f64 = 7e-6;
 
 /// Fits `data` from `start`; `scan` looks for Tm0 over its whole range before the search.
-pub(super) fn fit(data: &Data, start: &Parameters, method: Method, scan: bool) -> Result<Fit, FitError> {
+pub(super) fn fit(data: &Data, start: &Parameters, rule: Rule, scan: bool) -> Result<Fit, FitError> {
     let solids: Vec<&Row> = data.rows.iter().filter(|r| r.branch == Branch::Solid).collect();
     let mut p = start.clone();
     let rounds = if scan { ROUNDS } else { 1 };
     for round in 1..=rounds {
         let first = [p.sound_speed, p.slope, p.gruneisen, p.gruneisen_slope];
-        let pressure = minimise(&first, solids.len(), |x| pressure_residuals(&solids, &with_pressure(&p, x)));
+        // The first round from a scan may start far off: every state is needed to find the way.
+        let loss = if scan && round == 1 { Loss::Square } else { rule.loss };
+        let residuals = |x: &[f64]| pressure_residuals(&solids, &with_pressure(&p, x));
+        let bound = soft_bound(loss, residuals(&first));
+        let pressure = minimise(&first, solids.len(), |x| softened(residuals(x), bound));
         settled(&pressure, "pressure of the solid states by C, S, gamma0, a")?;
         p = with_pressure(&p, &pressure.parameters);
-        let second =
-            if scan && round == 1 { scan_melting(data, &p, method)? } else { [p.melting_temperature, p.electronic] };
-        let (mut temperature, bounded) = fit_temperature(data, &p, second, method);
+        let second = if scan && round == 1 {
+            scan_melting(data, &p, rule.method)?
+        } else {
+            [p.melting_temperature, p.electronic]
+        };
+        let (mut temperature, bounded) = fit_temperature(data, &p, second, Rule { loss, ..rule });
         settled(&temperature, "temperature of all states by Tm0, g_e")?;
         p = with_temperature(&p, &temperature.parameters);
         if round == rounds {
             if scan {
-                add_pressure_errors(data, &p, method, &pressure, &mut temperature);
+                add_pressure_errors(data, &p, rule, &pressure, &mut temperature);
             }
             let gray = Gray::dense(p).map_err(|e| FitError(e.to_string()))?;
             return Ok(Fit { gray, pressure, temperature, bounded });
@@ -62,8 +69,10 @@ pub(super) fn start(data: &Data, params: &Params) -> Parameters {
 
 /// The second fit. Where it drives g_e to zero (eq 34 active), g_e is held at its bound and Tm0 fitted alone; g_e's error is
 /// then its own size.
-fn fit_temperature(data: &Data, p: &Parameters, start: [f64; 2], method: Method) -> (Minimum, bool) {
-    let free = |x: &[f64]| temperature_residuals(data, &with_temperature(p, x), method);
+fn fit_temperature(data: &Data, p: &Parameters, start: [f64; 2], rule: Rule) -> (Minimum, bool) {
+    let residuals = |x: &[f64]| temperature_residuals(data, &with_temperature(p, x), rule.method);
+    let cut = soft_bound(rule.loss, residuals(&start).map(|r| r[..data.rows.len()].to_vec()));
+    let free = |x: &[f64]| softened_states(residuals(x), data, cut);
     let (bound, count) = (LEAST_ELECTRONIC / p.molar_mass, data.rows.len() + data.melting.len());
     let mut start = start.to_vec();
     // where melting is known the liquid's energy tells the entropy
@@ -88,7 +97,7 @@ fn fit_temperature(data: &Data, p: &Parameters, start: [f64; 2], method: Method)
 
 /// Adds to the covariance of (Tm0, G0) what the errors of (C, S, gamma0, a) do to them through the cold curve: D C D', with
 /// D the change of the second fit's logarithms by the first's, from refits one standard error away.
-fn add_pressure_errors(data: &Data, p: &Parameters, method: Method, pressure: &Minimum, temperature: &mut Minimum) {
+fn add_pressure_errors(data: &Data, p: &Parameters, rule: Rule, pressure: &Minimum, temperature: &mut Minimum) {
     let (Some(first), Some(second)) = (&pressure.covariance, &mut temperature.covariance) else { return };
     let best = temperature.parameters.clone();
     let count = data.rows.len() + data.melting.len();
@@ -98,7 +107,9 @@ fn add_pressure_errors(data: &Data, p: &Parameters, method: Method, pressure: &M
             let step = first[j][j].sqrt();
             x[j] *= 1.0 + step;
             let other = with_pressure(p, &x);
-            let refit = minimise(&best, count, |x| temperature_residuals(data, &with_temperature(&other, x), method));
+            let residuals = |x: &[f64]| temperature_residuals(data, &with_temperature(&other, x), rule.method);
+            let cut = soft_bound(rule.loss, residuals(&best).map(|r| r[..data.rows.len()].to_vec()));
+            let refit = minimise(&best, count, |x| softened_states(residuals(x), data, cut));
             refit.parameters.iter().zip(&best).map(|(x, best)| (x / best - 1.0) / step).collect()
         })
         .collect();
@@ -111,9 +122,9 @@ fn add_pressure_errors(data: &Data, p: &Parameters, method: Method, pressure: &M
 }
 
 /// The fitted parameters if V0 were one standard error larger: what its error does to the others.
-pub(super) fn with_other_volume(data: &Data, best: &Parameters, method: Method) -> Option<Parameters> {
+pub(super) fn with_other_volume(data: &Data, best: &Parameters, rule: Rule) -> Option<Parameters> {
     let start = Parameters { volume: data.volume.0 + data.volume.1, ..best.clone() };
-    fit(data, &start, method, false).ok().map(|fit| fit.gray.parameters().clone())
+    fit(data, &start, rule, false).ok().map(|fit| fit.gray.parameters().clone())
 }
 
 fn with_pressure(p: &Parameters, x: &[f64]) -> Parameters {
@@ -145,6 +156,37 @@ fn temperature_residuals(data: &Data, p: &Parameters, method: Method) -> Option<
 /// Where the model melts at a point's volumes [K]: the mean of where the crystal's volume begins to and the melt's has.
 pub(super) fn melting_temperature(gray: &Gray, point: &MeltingPoint) -> f64 {
     0.5 * (gray.borders(point.solid)[0] + gray.borders(point.liquid)[1])
+}
+
+/// Three times the median size of `residuals`, beyond which the soft loss is linear; `None` for plain squares.
+fn soft_bound(loss: Loss, residuals: Option<Vec<f64>>) -> Option<f64> {
+    if loss == Loss::Square {
+        return None;
+    }
+    let mut sizes: Vec<f64> = residuals?.iter().map(|r| r.abs()).collect();
+    sizes.sort_by(f64::total_cmp);
+    sizes.get(sizes.len() / 2).map(|m| 3.0 * m).filter(|b| *b > 0.0)
+}
+
+/// Residuals whose squares are the soft L1 loss `2 b^2 (sqrt(1 + (r/b)^2) - 1)` of the plain ones.
+fn softened(residuals: Option<Vec<f64>>, bound: Option<f64>) -> Option<Vec<f64>> {
+    let Some(b) = bound else { return residuals };
+    let soft = |r: f64| {
+        // (sqrt(1 + z) - 1) without cancellation.
+        let z = (r / b) * (r / b);
+        let size = b * (2.0 * z / ((1.0 + z).sqrt() + 1.0)).sqrt();
+        if r < 0.0 { -size } else { size }
+    };
+    residuals.map(|all| all.into_iter().map(soft).collect())
+}
+
+/// [`softened`] for the residuals of states; those of melting points after them stay.
+fn softened_states(residuals: Option<Vec<f64>>, data: &Data, bound: Option<f64>) -> Option<Vec<f64>> {
+    let mut states = residuals?;
+    let points = states.split_off(data.rows.len());
+    let mut all = softened(Some(states), bound)?;
+    all.extend(points);
+    Some(all)
 }
 
 /// The model's temperature at a state's volume and energy.
