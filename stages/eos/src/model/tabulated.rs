@@ -50,7 +50,8 @@ pub struct Parameters {
 /// state, and in V on a monotone cubic: T = T_m(V) holds from the solid's energy to the liquid's, and everything between is a
 /// mixture of both by the lever rule.
 ///
-/// Outside the states the table goes on along its last slopes; see [`Tabulated::covers`]. A crystal that was heated overshoots melting,
+/// Outside the states E goes straight on in T and is held in V, P goes straight on in both, up to 1.2 times the largest volume; see
+/// [`Tabulated::covers`]. A crystal that was heated overshoots melting,
 /// so T_m is an upper estimate by half the step between states and the superheating.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(try_from = "Parameters", into = "Parameters")]
@@ -186,10 +187,11 @@ impl Sheet {
         let lines = &self.lines[first..first + count];
         let column = |k: usize| lines.iter().map(|l| l.at(k, t)).unzip::<f64, f64, Vec<f64>, Vec<f64>>();
         let ((e, e_t), (p, p_t)) = (column(0), column(1));
-        let (energy, _) = cubic(x, &e, &parabolic(x, &e), v);
-        let (c_v, _) = cubic(x, &e_t, &parabolic(x, &e_t), v);
-        let (pressure, p_v) = cubic(x, &p, &slopes(x, &p), v);
-        let (p_t, _) = cubic(x, &p_t, &slopes(x, &p_t), v);
+        let (held, open) = (v.clamp(x[0], x[count - 1]), v.min(1.2 * x[count - 1]));
+        let (energy, _) = cubic(x, &e, &parabolic(x, &e), held);
+        let (c_v, _) = cubic(x, &e_t, &parabolic(x, &e_t), held);
+        let (pressure, p_v) = cubic(x, &p, &slopes(x, &p), open);
+        let (p_t, _) = cubic(x, &p_t, &slopes(x, &p_t), held);
         At { energy, pressure, c_v, p_t, p_v }
     }
 
@@ -198,7 +200,8 @@ impl Sheet {
         let (first, count) = self.window(v);
         let x = &self.volumes[first..first + count];
         let (e, e_t): (Vec<f64>, Vec<f64>) = self.lines[first..first + count].iter().map(|l| l.at(0, t)).unzip();
-        (cubic(x, &e, &parabolic(x, &e), v).0, cubic(x, &e_t, &parabolic(x, &e_t), v).0)
+        let held = v.clamp(x[0], x[count - 1]);
+        (cubic(x, &e, &parabolic(x, &e), held).0, cubic(x, &e_t, &parabolic(x, &e_t), held).0)
     }
 
     /// T at `energy`: Newton in a shrinking bracket; E rises with T, which the constructor has checked.
