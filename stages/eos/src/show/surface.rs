@@ -20,13 +20,14 @@ pub(super) fn picture(s: &Surface, source: &str) -> Picture {
     let place = |i: usize, j: usize| {
         let (x, y) = (i as f64 / n as f64, j as f64 / m as f64);
         let up = (s.values[j][i][0] - low) / (high - low);
-        let across = 0.06 + 0.44 * (1.0 - x) + 0.44 * y;
-        let down = 0.93 - 0.2 * x - 0.2 * y - 0.5 * up;
+        let across = 0.06 + 0.44 * x + 0.44 * y;
+        let down = 0.93 - 0.2 * (1.0 - x) - 0.2 * y - 0.5 * up;
         [across * WIDTH as f64, down * HEIGHT as f64]
     };
-    // The back is where both volume and energy are large.
+    // The back is where volume is small and energy large. Below the cold curve there is no matter.
     let mut patches: Vec<(usize, usize)> = (0..n).flat_map(|i| (0..m).map(move |j| (i, j))).collect();
-    patches.sort_by_key(|&(i, j)| std::cmp::Reverse(i + j));
+    patches.retain(|&(i, j)| s.values[j][i][1] > 0.0);
+    patches.sort_by_key(|&(i, j)| std::cmp::Reverse(n - i + j));
     for (i, j) in patches {
         let corners = [place(i, j), place(i + 1, j), place(i + 1, j + 1), place(i, j + 1)];
         let shade = if i % 12 == 0 || j % 12 == 0 { 0.75 } else { 1.0 };
@@ -42,8 +43,8 @@ pub(super) fn picture(s: &Surface, source: &str) -> Picture {
         rgb,
         legend,
         note: format!(
-            "Fig 4 of the paper. Height: pressure, {:.0} to {:.0} GPa; to the left front: volume falling from {v1:.4} to {v0:.4} cm3/g; \
-             to the right: energy from {e0:.2} to {e1:.2} MJ/kg. {source}.",
+            "Fig 4 of the paper. Height: pressure, {:.0} to {:.0} GPa; to the right and forwards: volume from {v0:.4} to {v1:.4} cm3/g; \
+             to the right and backwards: energy from {e0:.2} to {e1:.2} MJ/kg. {source}.",
             low / 1e9,
             high / 1e9
         ),
