@@ -95,8 +95,9 @@ fn hugoniot_and_isotherm_of_the_states_are_printed() {
     let inputs = hugoniot::Inputs {
         eos: eos.clone(),
         states: Any(states()),
-        marsh: File(MARSH.into()),
-        database: File(DATABASE.into()),
+        marsh: Any(vec![File(MARSH.into())]),
+        database: Any(vec![File(DATABASE.into())]),
+        shots: Any(Vec::new()),
     };
     let shock = hugoniot::validate(&hugoniot::Params::default(), &inputs).unwrap();
     let anvil = isotherm::validate(&isotherm::Inputs { eos, states: Any(states()), data: File(ANVIL.into()) }).unwrap();
