@@ -19,6 +19,7 @@ fn main() {
                 potential: Named::BuiltIn(BuiltIn::Mishin2001),
                 atoms: arg(1, 500.0) as u32,
                 volume_ratio: 1.06 - 0.03 * f64::from(v),
+                pressed: None,
                 temperature: Temperature::new(300.0 + 4200.0 / 9.0 * f64::from(t)),
                 time_step: Time::new(arg(2, 3.0) * 1e-15),
                 equilibration: Time::new(1e-12),

@@ -10,9 +10,10 @@ use crate::fault::Fault;
 use crate::system::System;
 use crate::thermostat::Chain;
 use hvi_kit::math::exp;
+use serde::{Deserialize, Serialize};
 
 /// How the box may change.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Shape {
     /// All edges by the same factor: for liquids, and the paper's pressure steps.
     Kept,
@@ -23,7 +24,7 @@ pub enum Shape {
 }
 
 /// The walls of a box under pressure.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Walls {
     shape: Shape,
     /// Pressure from outside [eV/angstrom3].
@@ -52,6 +53,11 @@ impl Walls {
         };
         self.bath = Some(Chain::new(thermal, freedom, time));
         self
+    }
+
+    /// Changes the pressure from outside to `pressure` [eV/angstrom3].
+    pub fn press(&mut self, pressure: f64) {
+        self.pressure = pressure;
     }
 
     /// Energy of the walls, of the pressure's work in `volume` [angstrom3] and of the walls' heat bath [eV].

@@ -1,6 +1,6 @@
 //! Molecular dynamics of a metal: one (V, T) state with its pressure, energy and their errors.
 //!
-//! `params.rs` what is asked; `run.rs` a run from beginning to end; `state.rs` what comes out; `potential/` formulas, one
+//! `params.rs` what is asked; `run.rs` a run from beginning to end; `pressed.rs` the paper's way to a state; `state.rs` what comes out; `potential/` formulas, one
 //! file each; `table.rs` the same as tables; `lattice.rs` the crystal at rest; `lanes/` eight doubles at a time;
 //! `neighbor.rs` who is near whom; `force.rs` energy and forces; `system.rs` the atoms and their motion (`system/snapshot.rs` as bytes); `thermostat.rs`
 //! the heat bath; `barostat.rs` walls under pressure; `averaging.rs` means and errors; `order.rs` solid or liquid; `lammps.rs` the same by LAMMPS;
@@ -21,6 +21,7 @@ mod neighbor;
 pub mod order;
 mod params;
 pub mod potential;
+mod pressed;
 mod random;
 pub mod run;
 mod sampled;
@@ -33,6 +34,7 @@ pub use coexistence::{Coexistence, TwoPhases};
 pub use fault::Fault;
 pub use params::{By, Params};
 pub use potential::{Named, Potential};
+pub use pressed::Pressed;
 pub use state::{Phase, State};
 pub use system::{Snapshot, System};
 pub use table::Tables;

@@ -1,6 +1,7 @@
 //! What is asked of a run.
 use crate::lattice;
 use crate::potential::{Named, Potential, Structure};
+use crate::pressed::Pressed;
 use crate::sampled::{Asked, LEAST_SAMPLES};
 use crate::system::LEAST_SKIN;
 use hvi_kit::math::cbrt;
@@ -34,8 +35,13 @@ pub struct Params {
     /// Number of atoms, 4 n^3: a cube of n^3 face-centred cells.
     #[serde(default = "defaults::atoms")]
     pub atoms: u32,
-    /// Volume over that of the lattice at 0 K without pressure, 0.45 to 1.7.
+    /// Volume over that of the lattice at 0 K without pressure, 0.45 to 1.7; with `pressed`, that which it begins at.
     pub volume_ratio: f64,
+    /// Comes to the state by pressure, as Liu, Wang and Zhang (2013) do: `pressed = { rise = "20 GPa" }`. The lattice is relaxed
+    /// at `volume_ratio` and room temperature at constant energy, pressed at constant temperature until it is `rise` above its
+    /// own pressure, and heated at the volume that it then has. Native engine only.
+    #[serde(default)]
+    pub pressed: Option<Pressed>,
     /// Temperature of the heat bath, above 0 and up to 20,000 K.
     pub temperature: Temperature,
     /// Time step, 0.1 to 10 fs.
@@ -133,10 +139,21 @@ impl Params {
         let least = LEAST_SAMPLES as f64 * self.time_step.si();
         within("shortest", self.shortest.si(), least, 1e-8, &format!("it must be {least:e} s (50 steps) to 10 ns"))?;
         within("longest", self.longest.si(), self.shortest.si(), 1e-8, "it must be from `shortest` to 10 ns")?;
+        if let Some(pressed) = &self.pressed {
+            pressed.check()?;
+            if self.engine == By::Lammps {
+                return Err(Invalid::new("pressed", "it takes engine = \"native\""));
+            }
+        }
         match &self.potential {
             Named::BuiltIn(_) => self.potential(&BTreeMap::new()).map(drop),
             Named::File(_) => Ok(()),
         }
+    }
+
+    /// Time before averaging: on the way to the state, and of equilibration.
+    pub fn before(&self) -> Time {
+        Time::new(self.equilibration.si() + self.pressed.as_ref().map_or(0.0, Pressed::time))
     }
 
     /// What is wrong with the potential's file, if anything.
@@ -187,7 +204,7 @@ impl Params {
 
     /// One thread, as states are run side by side; memory at its peak, with the tables and all samples.
     pub fn needs(&self) -> Needs {
-        let steps = (self.equilibration.si() + self.longest.si()) / self.time_step.si();
+        let steps = (self.before().si() + self.longest.si()) / self.time_step.si();
         // 60 to 70 listed neighbours at the lattice's volume, 22 B each with what is kept of them, and 300 B of its own
         let atom = 300.0 + 1600.0 / self.volume_ratio;
         let sample = 100.0;
@@ -221,6 +238,6 @@ impl Params {
         let averaged = (ratio * ratio * 1e-12).clamp(self.shortest.si(), self.longest.si());
         let engine = if self.engine == By::Lammps { 4.0 } else { 1.0 };
         let nanoseconds = engine * if liquid { 300.0 } else { 200.0 } / self.volume_ratio;
-        (self.equilibration.si() + averaged) / step * f64::from(self.atoms) * nanoseconds * 1e-9
+        (self.before().si() + averaged) / step * f64::from(self.atoms) * nanoseconds * 1e-9
     }
 }

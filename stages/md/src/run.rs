@@ -4,6 +4,7 @@ use crate::lanes::Isa;
 use crate::lattice;
 use crate::order::Order;
 use crate::params::Params;
+use crate::pressed::Course;
 use crate::sampled::{Asked, LEAST_SAMPLES, Sampled};
 use crate::state::State;
 use crate::system::{Snapshot, System};
@@ -46,6 +47,8 @@ enum Doing {
 /// All that a run can't make again.
 #[derive(Serialize, Deserialize)]
 struct Checkpoint {
+    course: Option<Course>,
+    lattice: f64,
     doing: Doing,
     system: Snapshot,
     chain: Chain,
@@ -55,6 +58,8 @@ struct Checkpoint {
 struct Run<'a> {
     asked: Asked<'a>,
     cube: Cube,
+    /// The way to the state by pressure, while it is under way.
+    course: Option<Course>,
     doing: Doing,
     system: System,
     chain: Chain,
@@ -70,15 +75,18 @@ impl Run<'_> {
         let sites = lattice::sites(cells, asked.lattice);
         let tables = Tables::new(asked.potential.clone());
         let mut system = System::new(tables, isa, &sites, asked.lattice * cells as f64).map_err(StageError::physics)?;
-        system.heat(2.0 * temperature, params.seed);
+        let start = params.pressed.as_ref().map_or(temperature, |p| p.room.si());
+        system.heat(2.0 * start, params.seed);
         let cube = asked.cube();
+        let step = params.time_step.si();
         Ok(Run {
+            course: params.pressed.as_ref().map(|p| Course::new(p, system.freedom(), step)),
             doing: Doing::Equilibrating(0),
             chain: Chain::new(cube.thermal, system.freedom(), RESPONSE),
             cube,
             system,
             sampled: Sampled::default(),
-            step: params.time_step.si() / TIME,
+            step: step / TIME,
             asked,
         })
     }
@@ -91,13 +99,16 @@ impl Run<'_> {
         kept: Checkpoint,
     ) -> Result<Run<'a>, StageError> {
         let new = Run::new(params, files, isa)?;
-        let Checkpoint { doing, system, chain, sampled } = kept;
+        let Checkpoint { course, lattice, doing, system, chain, sampled } = kept;
         let system = System::resume(Tables::new(new.asked.potential.clone()), isa, system);
-        Ok(Run { doing, system, chain, sampled, ..new })
+        let asked = Asked { lattice, ..new.asked };
+        Ok(Run { cube: asked.cube(), asked, course, doing, system, chain, sampled, ..new })
     }
 
     fn checkpoint(&self) -> Checkpoint {
         Checkpoint {
+            course: self.course.clone(),
+            lattice: self.asked.lattice,
             doing: self.doing,
             system: self.system.snapshot(),
             chain: self.chain.clone(),
@@ -107,6 +118,9 @@ impl Run<'_> {
 
     /// Runs to the next look; returns whether there is more to do.
     fn go_on(&mut self, ctx: &Ctx<'_>) -> Result<bool, StageError> {
+        if self.course.is_some() {
+            return self.press(ctx).map(|()| true);
+        }
         match self.doing {
             Doing::Equilibrating(k) => self.equilibrate(k, ctx).map(|()| true),
             Doing::Averaging(next) => self.average(next, ctx),
@@ -115,6 +129,19 @@ impl Run<'_> {
 
     fn advance(&mut self) -> Result<(), StageError> {
         self.system.advance(self.step, Some(&mut self.chain)).map_err(StageError::physics)
+    }
+
+    /// Some steps of the way to the state by pressure; at its end the lattice is that of the volume found.
+    fn press(&mut self, ctx: &Ctx<'_>) -> Result<(), StageError> {
+        ctx.save(|| self.checkpoint());
+        self.tick(ctx, 0.0, "relaxing and pressing")?;
+        let Some(course) = &mut self.course else { return Ok(()) };
+        if course.go_on(&mut self.system, self.step).map_err(StageError::physics)? {
+            self.course = None;
+            self.asked.lattice = self.system.edges()[0] / self.asked.params.cells() as f64;
+            self.cube = self.asked.cube();
+        }
+        Ok(())
     }
 
     /// Some steps from step `from` on without looking at results. In the first half velocities are scaled to the temperature
@@ -144,7 +171,7 @@ impl Run<'_> {
     fn tick(&self, ctx: &Ctx<'_>, averaging: f64, doing: &str) -> Result<(), StageError> {
         let params = self.asked.params;
         let done = self.system.steps() as f64;
-        let ahead = (params.steps(params.equilibration) as f64 - done).max(0.0);
+        let ahead = (params.steps(params.before()) as f64 - done).max(0.0);
         let shortest = params.steps(params.shortest) as f64 - self.sampled.series.energy.len() as f64;
         Ok(ctx.tick(done, done + ahead + averaging.max(shortest).max(1.0), doing)?)
     }

@@ -76,6 +76,7 @@ fn params(engine: By, volume_ratio: f64, temperature: f64) -> Params {
         potential: Named::BuiltIn(BuiltIn::Mishin2001),
         atoms: 256,
         volume_ratio,
+        pressed: None,
         temperature: Temperature::new(temperature),
         time_step: Time::new(2e-15),
         equilibration: Time::new(1e-12),

@@ -3,7 +3,7 @@ use hvi_kit::units::{Pressure, Temperature, Time};
 use hvi_kit::{Artifact, Cancel, Ctx, Host, Stage, StageError};
 use hvi_md::lanes::Isa;
 use hvi_md::potential::{BuiltIn, Named};
-use hvi_md::{By, Md, Params, Phase, State, run};
+use hvi_md::{By, Md, Params, Phase, Pressed, State, run};
 
 use std::collections::BTreeMap;
 use std::sync::Mutex;
@@ -16,6 +16,7 @@ fn params(volume_ratio: f64, temperature: f64) -> Params {
         potential: Named::BuiltIn(BuiltIn::Mishin2001),
         atoms: 256,
         volume_ratio,
+        pressed: None,
         temperature: Temperature::new(temperature),
         time_step: Time::new(3e-15),
         equilibration: Time::new(1e-12),
@@ -252,14 +253,32 @@ fn resumed_runs_have_the_bits_of_straight_ones() {
         target_error: Pressure::new(1e6),
         ..params(1.3, 3000.0)
     };
-    let straight = state(&short);
-    for at in [1, 3, 9, 14] {
+    resumes(&short, [1, 3, 9, 14]);
+}
+
+/// The same on the way to a state by pressure: stopped while it is relaxed (7 ticks) and pressed (7), and after.
+#[test]
+fn resumed_pressing_has_the_bits_of_a_straight_one() {
+    let pressed = Pressed {
+        rise: Pressure::new(10e9),
+        room: Temperature::new(300.0),
+        relaxation: Time::new(1e-12),
+        pressing: Time::new(1e-12),
+    };
+    let brief = Time::new(0.6e-12);
+    resumes(&Params { pressed: Some(pressed), shortest: brief, longest: brief, ..params(1.0, 600.0) }, [2, 7, 12, 18]);
+}
+
+/// Stopped at each of `stops` and gone on with, a run gives the bits of a straight one.
+fn resumes(short: &Params, stops: [usize; 4]) {
+    let straight = state(short);
+    for at in stops {
         let host = Stopper { ticks: AtomicUsize::new(0), at, cancel: Cancel::default(), kept: Mutex::new(None) };
         let stopped =
-            run::state(&short, &BTreeMap::new(), Isa::best(), &Ctx { host: &host, cancel: &host.cancel, threads: 1 });
+            run::state(short, &BTreeMap::new(), Isa::best(), &Ctx { host: &host, cancel: &host.cancel, threads: 1 });
         assert!(matches!(stopped, Err(StageError::Cancelled(_))) && host.kept().is_some(), "{at}");
         let again = Ctx { host: &host, ..Ctx::quiet() };
-        let resumed = run::state(&short, &BTreeMap::new(), Isa::best(), &again).unwrap();
+        let resumed = run::state(short, &BTreeMap::new(), Isa::best(), &again).unwrap();
         assert!(resumed.encode() == straight.encode(), "stopped at tick {at}");
     }
 }
