@@ -34,6 +34,15 @@ states = "@states[*]"
 [step.metal]
 use = "eos.handbook"
 set = "copper-royce"
+[step.table]
+use = "eos.table"
+states = "@states[*]"
+[step.sesame]
+use = "eos.sesame"
+table = "table.txt"
+[step.curves]
+use = "eos.curves"
+eos = "@metal"
 [step.hugoniot]
 use = "validate.hugoniot"
 eos = "@copper"
@@ -70,6 +79,17 @@ use = "empirical.eta"
 runs = "@hit[*]"
 "#;
 
+/// A table for `eos.sesame`: pressure linear in density and temperature, energy in temperature.
+const TABLE: &str = "4 3  8 9 10 12  300 2000 5000
+    -14 1 16 46  -4 11 26 56  14 29 44 74
+    0 0 0 0  0.65 0.65 0.65 0.65  1.81 1.81 1.81 1.81";
+
+fn project() -> Project {
+    let project = Project::new(&study());
+    project.write("table.txt", TABLE);
+    project
+}
+
 fn study() -> String {
     let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("pipelines/data");
     ALL.replace("DATA", data.to_str().unwrap())
@@ -77,7 +97,7 @@ fn study() -> String {
 
 #[test]
 fn every_stage_gives_the_same_bits_however_it_is_run() {
-    let (one, two) = (Project::new(&study()), Project::new(&study()));
+    let (one, two) = (project(), project());
     for (project, jobs) in [(&one, "1"), (&two, "2")] {
         let said = project.hvi(&["run", "study.toml", "--jobs", jobs]);
         assert_eq!(said.code, 0, "{}", said.err);
