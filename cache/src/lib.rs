@@ -21,7 +21,7 @@ mod upkeep;
 pub use digest::{Digest, Hex};
 pub use error::StoreError;
 pub use lock::{Claim, InUse};
-pub use recipe::{Change, Recipe, Slot};
+pub use recipe::{Asked, Change, Plugged, Recipe, Slot};
 pub use record::{Entry, Record};
 pub use store::{Found, Store};
 pub use upkeep::{Collected, Limits, Problem, Repaired, Shelf, Stats, Verified};

@@ -2,7 +2,9 @@
 use crate::Digest;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
+use std::borrow::Cow;
 use std::collections::BTreeMap;
+use std::fmt::Write;
 
 /// Digests in one input port: one, or a list in sweep order.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -42,37 +44,59 @@ pub struct Change {
     pub new: Option<String>,
 }
 
-impl Recipe {
-    /// The current [`Recipe::format`].
-    pub const FORMAT: u32 = 1;
+/// A recipe whose parts lie elsewhere: what is needed to look its result up.
+#[derive(Clone, Debug)]
+#[expect(missing_docs, reason = "as in Recipe")]
+pub struct Asked<'a> {
+    pub format: u32,
+    pub stage: &'a str,
+    pub code: Digest,
+    pub params: &'a Value,
+    pub engine: Option<&'a str>,
+    /// In the order of their names.
+    pub inputs: Vec<(&'a str, Plugged<'a>)>,
+}
 
+/// As [`Slot`].
+#[derive(Clone, Debug)]
+#[expect(missing_docs, reason = "as in Slot")]
+pub enum Plugged<'a> {
+    One(Digest),
+    Many(Cow<'a, [Digest]>),
+}
+
+impl Asked<'_> {
     /// Walks every field in a fixed order: the one walk that makes the key and the explanation.
     ///
     /// Each leaf is `(dotted name, type tag, text)`; floats print shortest-round-trip, maps are sorted.
     fn walk(&self, leaf: &mut dyn FnMut(&str, char, &str)) {
-        leaf("format", 'u', &self.format.to_string());
-        leaf("stage", 's', &self.stage);
-        leaf("code", 'd', &self.code.to_string());
-        walk_value("params", &self.params, leaf);
-        if let Some(version) = &self.engine {
+        let mut path = Path::default();
+        path.number("format", self.format, 'u', leaf);
+        leaf("stage", 's', self.stage);
+        leaf("code", 'd', self.code.hex().as_str());
+        path.below("params", |path| path.value(self.params, leaf));
+        if let Some(version) = self.engine {
             leaf("engine", 's', version);
         }
-        for (port, slot) in &self.inputs {
-            match slot {
-                Slot::One(d) => leaf(&format!("inputs.{port}"), 'd', &d.to_string()),
-                Slot::Many(ds) => {
-                    leaf(&format!("inputs.{port}"), 'n', &ds.len().to_string());
+        for (port, plugged) in &self.inputs {
+            path.name.push_str("inputs.");
+            path.name.push_str(port);
+            match plugged {
+                Plugged::One(d) => leaf(&path.name, 'd', d.hex().as_str()),
+                Plugged::Many(ds) => {
+                    path.number("", ds.len(), 'n', leaf);
                     for (i, d) in ds.iter().enumerate() {
-                        leaf(&format!("inputs.{port}[{i}]"), 'd', &d.to_string());
+                        path.item(i, |path| leaf(&path.name, 'd', d.hex().as_str()));
                     }
                 }
             }
+            path.name.clear();
         }
     }
 
     /// The cache key: BLAKE3 over every leaf, each part prefixed by its length, each leaf by its type.
     pub fn key(&self) -> Digest {
-        let mut image = Vec::with_capacity(1024);
+        let mut image = Vec::with_capacity(2048);
         self.walk(&mut |name, tag, text| {
             for part in [name, text] {
                 image.extend((part.len() as u64).to_le_bytes());
@@ -81,6 +105,31 @@ impl Recipe {
             image.push(tag as u8);
         });
         Digest::of(&image)
+    }
+}
+
+impl Recipe {
+    /// The current [`Recipe::format`].
+    pub const FORMAT: u32 = 1;
+
+    fn asked(&self) -> Asked<'_> {
+        let plugged = |slot| match slot {
+            &Slot::One(d) => Plugged::One(d),
+            Slot::Many(ds) => Plugged::Many(Cow::Borrowed(ds)),
+        };
+        Asked {
+            format: self.format,
+            stage: &self.stage,
+            code: self.code,
+            params: &self.params,
+            engine: self.engine.as_deref(),
+            inputs: self.inputs.iter().map(|(port, slot)| (port.as_str(), plugged(slot))).collect(),
+        }
+    }
+
+    /// The cache key: see [`Asked::key`].
+    pub fn key(&self) -> Digest {
+        self.asked().key()
     }
 
     /// Every field that enters the key, dotted name and value, in the order of the walk; lengths of lists and tables, which
@@ -99,7 +148,7 @@ impl Recipe {
     pub fn changes_since(&self, older: &Recipe) -> Vec<Change> {
         let leaves = |recipe: &Recipe| {
             let mut all = Vec::new();
-            recipe.walk(&mut |name, tag, text| all.push((name.to_string(), (tag, text.to_string()))));
+            recipe.asked().walk(&mut |name, tag, text| all.push((name.to_string(), (tag, text.to_string()))));
             all
         };
         let (old, new) = (leaves(older), leaves(self));
@@ -115,20 +164,65 @@ impl Recipe {
     }
 }
 
-fn walk_value(name: &str, value: &Value, leaf: &mut dyn FnMut(&str, char, &str)) {
-    match value {
-        Value::Null => leaf(name, '0', ""),
-        Value::Bool(b) => leaf(name, 'b', if *b { "true" } else { "false" }),
-        Value::Number(n) => leaf(name, 'f', &n.to_string()),
-        Value::String(s) => leaf(name, 's', s),
-        Value::Array(items) => {
-            leaf(name, 'n', &items.len().to_string());
-            items.iter().enumerate().for_each(|(i, v)| walk_value(&format!("{name}[{i}]"), v, leaf));
-        }
-        Value::Object(map) => {
-            leaf(name, 'm', &map.len().to_string());
-            let sorted: BTreeMap<_, _> = map.iter().collect();
-            sorted.into_iter().for_each(|(k, v)| walk_value(&format!("{name}.{k}"), v, leaf));
+/// The dotted name of where the walk is, and room for a number's text: no leaf makes a string of its own.
+#[derive(Default)]
+struct Path {
+    name: String,
+    text: String,
+}
+
+impl Path {
+    /// `inside` with `part` at the end of the name.
+    fn below(&mut self, part: &str, inside: impl FnOnce(&mut Path)) {
+        let end = self.name.len();
+        self.name.push_str(part);
+        inside(self);
+        self.name.truncate(end);
+    }
+
+    /// `inside` with `[i]` at the end of the name.
+    fn item(&mut self, i: usize, inside: impl FnOnce(&mut Path)) {
+        let end = self.name.len();
+        write!(self.name, "[{i}]").expect("a string takes all");
+        inside(self);
+        self.name.truncate(end);
+    }
+
+    fn number(&mut self, part: &str, value: impl std::fmt::Display, tag: char, leaf: &mut dyn FnMut(&str, char, &str)) {
+        self.text.clear();
+        write!(self.text, "{value}").expect("a string takes all");
+        let end = self.name.len();
+        self.name.push_str(part);
+        leaf(&self.name, tag, &self.text);
+        self.name.truncate(end);
+    }
+
+    fn value(&mut self, value: &Value, leaf: &mut dyn FnMut(&str, char, &str)) {
+        match value {
+            Value::Null => leaf(&self.name, '0', ""),
+            Value::Bool(b) => leaf(&self.name, 'b', if *b { "true" } else { "false" }),
+            Value::Number(n) => self.number("", n, 'f', leaf),
+            Value::String(s) => leaf(&self.name, 's', s),
+            Value::Array(items) => {
+                self.number("", items.len(), 'n', leaf);
+                items.iter().enumerate().for_each(|(i, v)| self.item(i, |path| path.value(v, leaf)));
+            }
+            Value::Object(map) => {
+                self.number("", map.len(), 'm', leaf);
+                let mut field = |(k, v): (&String, &Value)| {
+                    let end = self.name.len();
+                    self.name.push('.');
+                    self.name.push_str(k);
+                    self.value(v, leaf);
+                    self.name.truncate(end);
+                };
+                // They are, unless some dependency switches serde_json's `preserve_order` on.
+                if map.keys().is_sorted() {
+                    map.iter().for_each(field);
+                } else {
+                    map.iter().collect::<BTreeMap<_, _>>().into_iter().for_each(&mut field);
+                }
+            }
         }
     }
 }
