@@ -6,7 +6,7 @@
 use crate::events::Listener;
 use crate::plan::{Input, NodeId, Plan};
 use crate::registry;
-use hvi_cache::{Entry, Found, InUse};
+use hvi_cache::{Asked, Entry, Found, InUse, Plugged};
 use hvi_kit::{Cancel, Digest, Recipe, Slot, StageDef, Store, StoreError};
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
@@ -119,6 +119,28 @@ pub fn recipe(plan: &Plan, id: NodeId, output: &dyn Fn(NodeId) -> Option<Digest>
         engine: node.engine.clone(),
         inputs: slots.collect::<Option<_>>()?,
     })
+}
+
+/// The key of a node, once the outputs of all it needs are known: that of its [`recipe`], without making one.
+pub fn key(plan: &Plan, id: NodeId, output: &dyn Fn(NodeId) -> Option<Digest>) -> Option<Digest> {
+    let node = &plan.nodes[id];
+    let plugged = |input: &Input| {
+        Some(match input {
+            Input::One(n) => Plugged::One(output(*n)?),
+            Input::Many(ns) => Plugged::Many(ns.iter().map(|n| output(*n)).collect::<Option<_>>()?),
+            Input::File(d) => Plugged::One(*d),
+        })
+    };
+    let inputs = node.inputs.iter().map(|(name, input)| Some((name.as_str(), plugged(input)?)));
+    let asked = Asked {
+        format: Recipe::FORMAT,
+        stage: node.stage.name,
+        code: registry::code(node.stage),
+        params: &node.params,
+        engine: node.engine.as_deref(),
+        inputs: inputs.collect::<Option<_>>()?,
+    };
+    Some(asked.key())
 }
 
 /// Looks a node's result up; a result of another kind is none.

@@ -1,55 +1,37 @@
 //! Tables as HDF5: one dataset a column, with `units` and `long_name` attributes, as h5py and pandas read them.
-use hdf5::types::VarLenUnicode;
+use crate::hdf5_file::{self, Column, Values};
 use hvi_kit::view::{Cell, Table};
-use std::path::Path;
 
-/// Writes `table` to a new file at `path`; the same table gives the same bytes (no time stamps).
+/// The bytes of an HDF5 file with `table`; the same table gives the same bytes.
 ///
 /// Numbers become f64 with NaN where nothing is known, standard errors a dataset of their own (`NAME_error`), words
 /// variable-length UTF-8.
-///
-/// # Errors
-/// Where the file can't be written.
-pub fn write(table: &Table, path: &Path) -> hdf5::Result<()> {
-    let file = hdf5::FileBuilder::new().with_fcpl(|p| p.obj_track_times(false)).create(path)?;
-    let mut keys: Vec<String> = Vec::new();
+pub fn encode(table: &Table) -> Vec<u8> {
+    let mut columns: Vec<Column> = Vec::new();
     for (i, (name, unit)) in table.columns.iter().enumerate() {
         let cells: Vec<&Cell> = table.rows.iter().map(|row| &row[i]).collect();
         let mut key: String = name.chars().map(|c| if c.is_alphanumeric() { c } else { '_' }).collect();
-        while keys.contains(&key) {
+        while columns.iter().any(|c| c.name == key) {
             key.push('_');
         }
-        keys.push(key.clone());
         if cells.iter().any(|c| matches!(c, Cell::Text(_))) {
-            let words: Result<Vec<VarLenUnicode>, _> = cells.iter().map(|c| word(c).parse()).collect();
-            let words = words.map_err(|e| hdf5::Error::from(format!("{name}: {e}")))?;
-            let dataset =
-                file.new_dataset::<VarLenUnicode>().obj_track_times(false).shape(words.len()).create(key.as_str())?;
-            dataset.write_raw(&words)?;
-            describe(&dataset, name, unit)?;
+            columns.push(column(key, name, unit, Values::Words(cells.into_iter().map(word).collect())));
             continue;
         }
-        numbers(&file, &key, name, unit, &cells.iter().map(|c| number(c).0).collect::<Vec<_>>())?;
-        if cells.iter().any(|c| matches!(c, Cell::Uncertain(..))) {
-            let errors: Vec<f64> = cells.iter().map(|c| number(c).1).collect();
-            numbers(&file, &format!("{key}_error"), &format!("standard error of {name}"), unit, &errors)?;
+        let (values, errors): (Vec<f64>, Vec<f64>) = cells.iter().map(|c| number(c)).unzip();
+        let uncertain = cells.iter().any(|c| matches!(c, Cell::Uncertain(..)));
+        let error_key = format!("{key}_error");
+        columns.push(column(key, name, unit, Values::Numbers(values)));
+        if uncertain {
+            columns.push(column(error_key, &format!("standard error of {name}"), unit, Values::Numbers(errors)));
         }
     }
-    file.close()
+    hdf5_file::encode(&columns)
 }
 
-fn numbers(file: &hdf5::File, key: &str, name: &str, unit: &str, values: &[f64]) -> hdf5::Result<()> {
-    let dataset = file.new_dataset::<f64>().obj_track_times(false).shape(values.len()).create(key)?;
-    dataset.write_raw(values)?;
-    describe(&dataset, name, unit)
-}
-
-fn describe(dataset: &hdf5::Dataset, name: &str, unit: &str) -> hdf5::Result<()> {
-    for (key, text) in [("long_name", name), ("units", if unit.is_empty() { "1" } else { unit })] {
-        let text: VarLenUnicode = text.parse().map_err(|e| hdf5::Error::from(format!("{key}: {e}")))?;
-        dataset.new_attr::<VarLenUnicode>().create(key)?.write_scalar(&text)?;
-    }
-    Ok(())
+fn column(key: String, name: &str, unit: &str, values: Values) -> Column {
+    let unit = if unit.is_empty() { "1" } else { unit };
+    Column { name: key, values, attributes: vec![("long_name", name.into()), ("units", unit.into())] }
 }
 
 fn number(cell: &Cell) -> (f64, f64) {
@@ -71,6 +53,7 @@ fn word(cell: &Cell) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use hdf5::types::VarLenUnicode;
 
     #[test]
     fn reads_back_and_repeats() {
@@ -84,10 +67,9 @@ mod tests {
             note: String::new(),
         };
         let folder = tempfile::tempdir().unwrap();
-        let (a, b) = (folder.path().join("a.h5"), folder.path().join("b.h5"));
-        write(&table, &a).unwrap();
-        write(&table, &b).unwrap();
-        assert_eq!(std::fs::read(&a).unwrap(), std::fs::read(&b).unwrap());
+        let a = folder.path().join("a.h5");
+        assert_eq!(encode(&table), encode(&table));
+        std::fs::write(&a, encode(&table)).unwrap();
         let file = hdf5::File::open(&a).unwrap();
         let pressure = file.dataset("pressure").unwrap();
         let values = pressure.read_raw::<f64>().unwrap();
@@ -97,5 +79,23 @@ mod tests {
         assert_eq!(pressure.attr("units").unwrap().read_scalar::<VarLenUnicode>().unwrap().as_str(), "GPa");
         assert_eq!(file.dataset("a_b_").unwrap().read_raw::<f64>().unwrap(), [2.0, 4.0]);
         assert_eq!(file.dataset("phase").unwrap().read_raw::<VarLenUnicode>().unwrap()[1].as_str(), "liquid");
+    }
+
+    /// More words than one heap holds, words of every length near a multiple of eight, none at all, and no rows.
+    #[test]
+    fn libhdf5_reads_any_words() {
+        let words: Vec<String> =
+            (0..9000).map(|i| "µ".repeat(i % 19) + &i.to_string()).chain([String::new()]).collect();
+        let rows = words.iter().map(|w| vec![Cell::Text(w.clone())]).collect();
+        let table =
+            |rows| Table { title: "t".into(), columns: vec![("w".into(), "".into())], rows, note: String::new() };
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("words.h5");
+        std::fs::write(&path, encode(&table(rows))).unwrap();
+        let file = hdf5::File::open(&path).unwrap();
+        let read = file.dataset("w").unwrap().read_raw::<VarLenUnicode>().unwrap();
+        assert!(read.iter().zip(&words).all(|(a, b)| a.as_str() == b) && read.len() == words.len());
+        std::fs::write(&path, encode(&table(vec![]))).unwrap();
+        assert_eq!(hdf5::File::open(&path).unwrap().dataset("w").unwrap().size(), 0);
     }
 }

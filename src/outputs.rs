@@ -1,7 +1,8 @@
 //! What a study leaves for people in `out/NAME/`: the report, and every table, figure and picture as a file.
 //!
 //! Made from the store alone. A manifest keeps the digest of each file: when nothing changed nothing is written, and a
-//! file edited by hand is put back.
+//! file edited by hand is put back. A file whose size, times and inode are those that were noted is not read again,
+//! unless it was written so shortly before it was noted that its clock may not have ticked since.
 use crate::execute::{Outcome, Report};
 use crate::mistake::Mistake;
 use crate::pipeline::Pipeline;
@@ -14,6 +15,7 @@ use hvi_kit::{Digest, Store, units};
 use serde::{Deserialize, Serialize};
 use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
+use std::os::unix::fs::MetadataExt;
 use std::path::{Component, Path, PathBuf};
 use std::{fs, io};
 
@@ -24,31 +26,78 @@ const MOST_FOLDERS: usize = 200;
 const LONGEST_NAME: usize = 100;
 
 #[derive(Default, Serialize, Deserialize)]
+#[serde(default)]
 struct Manifest {
     /// The pipeline whose results these are.
     pipeline: PathBuf,
     /// Digest of everything that is shown.
     study: String,
-    /// Digest of each file, by its path in the folder.
-    files: BTreeMap<String, Digest>,
-    /// Key of each node that has a result, by its label: what `plan` compares with.
-    keys: BTreeMap<String, Digest>,
+    /// Each file, by its path in the folder.
+    files: BTreeMap<String, Seen>,
+    /// When all files were last found to be whole [ns since 1970].
+    at: i64,
 }
 
 const MANIFEST: &str = ".manifest.json";
 
-/// Keys of the nodes' results at the last runs that wrote to `folder`, by label.
-pub fn last_keys(folder: &Path) -> BTreeMap<String, Digest> {
-    manifest(folder).keys
+/// A file as it was when it was last read or written.
+#[derive(Clone, Serialize, Deserialize)]
+struct Seen {
+    digest: Digest,
+    /// Size [B], times of the last change of content and of the file [ns since 1970], inode.
+    mark: (u64, i64, i64, u64),
 }
 
-fn manifest(folder: &Path) -> Manifest {
-    let read = fs::read(folder.join(MANIFEST)).ok();
-    let mut found: Manifest = read.and_then(|bytes| serde_json::from_slice(&bytes).ok()).unwrap_or_default();
-    // Its files may be removed: a name that was edited to lead elsewhere is none of ours.
-    let is_inside = |name: &str| Path::new(name).components().all(|part| matches!(part, Component::Normal(_)));
-    found.files.retain(|name, _| is_inside(name));
-    found
+/// Changes that follow each other faster may bear the same time [ns].
+const TICK: i64 = 1_000_000_000;
+
+fn mark(path: &Path) -> io::Result<(u64, i64, i64, u64)> {
+    let meta = fs::metadata(path)?;
+    let time = |s: i64, ns: i64| s.wrapping_mul(1_000_000_000).wrapping_add(ns);
+    Ok((meta.len(), time(meta.mtime(), meta.mtime_nsec()), time(meta.ctime(), meta.ctime_nsec()), meta.ino()))
+}
+
+fn now() -> i64 {
+    let since = std::time::UNIX_EPOCH.elapsed().unwrap_or_default();
+    i64::try_from(since.as_nanos()).unwrap_or(i64::MAX)
+}
+
+impl Manifest {
+    fn read(folder: &Path) -> Manifest {
+        let read = fs::read(folder.join(MANIFEST)).ok();
+        let mut found: Manifest = read.and_then(|bytes| serde_json::from_slice(&bytes).ok()).unwrap_or_default();
+        // Its files may be removed: a name that was edited to lead elsewhere is none of ours.
+        let is_inside = |name: &str| Path::new(name).components().all(|part| matches!(part, Component::Normal(_)));
+        found.files.retain(|name, _| is_inside(name));
+        found
+    }
+
+    fn publish(&self, folder: &Path) -> io::Result<()> {
+        publish(&folder.join(MANIFEST), &serde_json::to_vec(self)?)
+    }
+
+    /// Whether every file is as it was left; notes those that had to be read for it.
+    fn is_whole(&mut self, folder: &Path) -> bool {
+        let (settled, at) = (self.at - TICK, now());
+        let mut read = false;
+        for (name, seen) in &mut self.files {
+            let path = folder.join(name);
+            let Ok(found) = mark(&path) else { return false };
+            if found == seen.mark && found.1.max(found.2) < settled {
+                continue;
+            }
+            if !fs::read(&path).is_ok_and(|bytes| Digest::of(&bytes) == seen.digest) {
+                return false;
+            }
+            (seen.mark, read) = (found, true);
+        }
+        if read {
+            self.at = at;
+            // Where it can't be written the files are read again next time.
+            let _ = self.publish(folder);
+        }
+        true
+    }
 }
 
 /// Checks that `folder` doesn't hold the results of another pipeline of the same name.
@@ -56,7 +105,7 @@ fn manifest(folder: &Path) -> Manifest {
 /// # Errors
 /// [`Mistake`] where it does, and that pipeline is still there.
 pub fn claim(pipeline: &Pipeline, folder: &Path) -> Result<(), Mistake> {
-    let (owner, own) = (manifest(folder).pipeline, full(&pipeline.path));
+    let (owner, own) = (Manifest::read(folder).pipeline, full(&pipeline.path));
     if owner.as_os_str().is_empty() || owner == own || !owner.exists() {
         return Ok(());
     }
@@ -84,11 +133,9 @@ pub struct Written {
 /// Where a file can't be written.
 pub fn write(pipeline: &Pipeline, plan: &Plan, run: &Report, store: &Store, folder: &Path) -> io::Result<Written> {
     let page = folder.join("report.html");
-    let mut old = manifest(folder);
+    let mut old = Manifest::read(folder);
     let study = digest(pipeline, plan, run);
-    let whole =
-        |(name, digest): (&String, &Digest)| fs::read(folder.join(name)).is_ok_and(|b| Digest::of(&b) == *digest);
-    if old.study == study && !old.files.is_empty() && old.files.iter().all(whole) {
+    if old.study == study && !old.files.is_empty() && old.is_whole(folder) {
         return Ok(Written { page, unreadable: Vec::new() });
     }
     let mut writer = Writer { folder, files: BTreeMap::new() };
@@ -107,22 +154,19 @@ pub fn write(pipeline: &Pipeline, plan: &Plan, run: &Report, store: &Store, fold
         command: format!("hvi-flow run {}", pipeline.path.display()),
     };
     writer.file("report.html", report::render(&study_page).as_bytes())?;
-    for (name, digest) in std::mem::take(&mut old.files) {
+    for (name, seen) in std::mem::take(&mut old.files) {
         if let Entry::Vacant(entry) = writer.files.entry(name) {
             if stays(entry.key(), pipeline, plan, run) {
-                entry.insert(digest);
+                entry.insert(seen);
             } else {
                 let _ = fs::remove_file(folder.join(entry.key()));
             }
         }
     }
-    let mut keys = old.keys;
-    let known = (0..plan.nodes.len()).filter(|&id| run.outcomes[id].entry().is_some());
-    keys.extend(known.filter_map(|id| Some((plan.label(id), run.keys[id]?))));
     // What could not be read is written next time, though the study is the same.
     let study = if unreadable.is_empty() { study } else { String::new() };
-    let manifest = Manifest { pipeline: full(&pipeline.path), study, files: writer.files, keys };
-    publish(&folder.join(MANIFEST), &serde_json::to_vec(&manifest)?)?;
+    // Not `at: now()`: files that are as old as this are read once more, when clocks have ticked.
+    Manifest { pipeline: full(&pipeline.path), study, files: writer.files, at: 0 }.publish(folder)?;
     Ok(Written { page, unreadable })
 }
 
@@ -152,17 +196,26 @@ fn beside(path: &Path) -> io::Result<PathBuf> {
 
 /// Digest of what the page shows of the results, but for which of them were hits.
 fn digest(pipeline: &Pipeline, plan: &Plan, run: &Report) -> String {
-    let mut text = format!("{PROGRAM}\n{}\n{}", pipeline.path.display(), pipeline.question);
-    pipeline.steps.iter().for_each(|step| text += &format!("\n{}", step.name));
-    for (id, outcome) in run.outcomes.iter().enumerate() {
-        let what = match outcome {
-            Outcome::Hit(r) | Outcome::Ran(r) => r.output.to_string(),
-            Outcome::Failed(why) | Outcome::Skipped(why) => why.clone(),
-            Outcome::Cancelled => "cancelled".into(),
-        };
-        text += &format!("\n{} {:?} {what}", plan.label(id), run.keys[id]);
+    let mut hasher = blake3::Hasher::new();
+    let mut add = |part: &[u8]| {
+        hasher.update(&(part.len() as u64).to_le_bytes());
+        hasher.update(part);
+    };
+    add(PROGRAM.as_bytes());
+    add(pipeline.path.as_os_str().as_encoded_bytes());
+    add(pipeline.question.as_bytes());
+    pipeline.steps.iter().for_each(|step| add(step.name.as_bytes()));
+    for (node, (outcome, key)) in plan.nodes.iter().zip(run.outcomes.iter().zip(&run.keys)) {
+        add(plan.steps[node.step].name.as_bytes());
+        add(node.point.as_bytes());
+        add(key.as_ref().map_or(&[][..], |key| key.bytes()));
+        match outcome {
+            Outcome::Hit(entry) | Outcome::Ran(entry) => add(entry.output.bytes()),
+            Outcome::Failed(why) | Outcome::Skipped(why) => add(why.as_bytes()),
+            Outcome::Cancelled => add(b"cancelled"),
+        }
     }
-    Digest::of(text.as_bytes()).to_string()
+    hasher.finalize().to_string()
 }
 
 /// Node `id` with what its result shows; what can't be read is said in `unreadable`.
@@ -207,7 +260,7 @@ fn flatten(path: &str, value: &serde_json::Value, all: &mut Vec<(String, String)
 
 struct Writer<'a> {
     folder: &'a Path,
-    files: BTreeMap<String, Digest>,
+    files: BTreeMap<String, Seen>,
 }
 
 impl Writer<'_> {
@@ -215,7 +268,7 @@ impl Writer<'_> {
         let path = self.folder.join(name);
         self.stay_inside(&path)?;
         publish(&path, bytes)?;
-        self.files.insert(name.into(), Digest::of(bytes));
+        self.files.insert(name.into(), Seen { digest: Digest::of(bytes), mark: mark(&path)? });
         Ok(())
     }
 
@@ -229,23 +282,12 @@ impl Writer<'_> {
         Err(io::Error::other(format!("{} leads out of {}: remove that link", parent.display(), self.folder.display())))
     }
 
-    fn hdf5(&mut self, name: &str, table: &Table) -> io::Result<()> {
-        let path = self.folder.join(name);
-        self.stay_inside(&path)?;
-        let beside = beside(&path)?;
-        let written =
-            hdf5_table::write(table, &beside).map_err(|e| io::Error::other(format!("{}: {e}", path.display())));
-        let bytes = written.and_then(|()| fs::read(&beside));
-        let _ = fs::remove_file(&beside);
-        self.file(name, &bytes?)
-    }
-
     fn step(&mut self, step: &str, points: &[Point]) -> io::Result<Exported> {
         let mut exported = Exported { shared: Vec::new(), of_points: vec![Vec::new(); points.len()] };
         if let Some(table) = compare(step, points) {
             exported.shared = vec![format!("{step}.csv"), format!("{step}.h5")];
             self.file(&exported.shared[0], figure::csv(&table).as_bytes())?;
-            self.hdf5(&exported.shared[1], &table)?;
+            self.file(&exported.shared[1], &hdf5_table::encode(&table))?;
         }
         if points.len() > MOST_FOLDERS {
             return Ok(exported);

@@ -7,9 +7,10 @@ use crate::reference::{self, Reference, Selection};
 use crate::sweep;
 use crate::value::{Key, Node as Written, Table, Value};
 use hvi_kit::engine::Engine;
-use hvi_kit::{Arity, Artifact, Digest, File, Port, StageDef};
-use std::collections::BTreeMap;
-use std::path::Path;
+use hvi_kit::{Arity, Artifact, Checked, Digest, File, Port, StageDef};
+use std::collections::{BTreeMap, HashMap};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Index of a node in [`Plan::nodes`].
 pub type NodeId = usize;
@@ -20,7 +21,7 @@ pub enum Input {
     /// The result of a node.
     One(NodeId),
     /// The results of some nodes, in the order of their sweeps.
-    Many(Vec<NodeId>),
+    Many(Arc<[NodeId]>),
     /// The content of a file, by digest: see [`Plan::files`].
     File(Digest),
 }
@@ -79,9 +80,9 @@ impl Plan {
     /// Ids of the nodes that `id` needs.
     pub fn needs(&self, id: NodeId) -> impl Iterator<Item = NodeId> {
         self.nodes[id].inputs.values().flat_map(|input| match input {
-            Input::One(n) => vec![*n],
-            Input::Many(ns) => ns.clone(),
-            Input::File(_) => vec![],
+            Input::One(n) => std::slice::from_ref(n).iter().copied(),
+            Input::Many(ns) => ns.iter().copied(),
+            Input::File(_) => [].iter().copied(),
         })
     }
 }
@@ -91,36 +92,50 @@ impl Plan {
 /// # Errors
 /// The first [`Mistake`]: unknown names, cycles, ports that don't fit, parameters that are refused, files that can't be read.
 pub fn plan(pipeline: &Pipeline, only: &[String]) -> Result<Plan, Mistake> {
-    let order = order(pipeline, &wanted(pipeline, only)?)?;
+    let names: Names = pipeline.steps.iter().enumerate().map(|(i, s)| (s.name.as_str(), i)).collect();
+    let order = order(pipeline, &names, &wanted(&names, pipeline, only)?)?;
     let mut plan = Plan { steps: Vec::new(), nodes: Vec::new(), files: BTreeMap::new(), engines: BTreeMap::new() };
+    let (mut placed, mut read) = (vec![None; pipeline.steps.len()], HashMap::new());
     for i in order {
         let step = &pipeline.steps[i];
         let first = plan.nodes.len();
+        plan.nodes.reserve(step.points.len());
+        let around = Around { pipeline, names: &names, placed: &placed };
+        let mut builder = Builder { around, step, plan: &mut plan, read: &mut read, pattern: None };
         for point in &step.points {
-            let node = Builder { pipeline, step, plan: &mut plan }.node(point)?;
-            plan.nodes.push(node);
+            let node = builder.node(point)?;
+            builder.plan.nodes.push(node);
         }
-        let mut needs: Vec<String> = Vec::new();
-        for id in first..plan.nodes.len() {
-            for need in plan.needs(id) {
-                let name = &plan.steps[plan.nodes[need].step].name;
-                if !needs.contains(name) {
-                    needs.push(name.clone());
-                }
-            }
-        }
+        placed[i] = Some(plan.steps.len());
         let nodes = first..plan.nodes.len();
+        let needs = needed_steps(&plan, nodes.clone());
         plan.steps.push(PlannedStep { name: step.name.clone(), stage: step.stage, nodes, needs });
     }
     Ok(plan)
 }
 
-fn wanted(pipeline: &Pipeline, only: &[String]) -> Result<Vec<usize>, Mistake> {
+/// Places of the steps in the pipeline, by name.
+type Names<'a> = HashMap<&'a str, usize>;
+
+/// Names of the steps that `nodes` need, in the order in which they are first named.
+fn needed_steps(plan: &Plan, nodes: std::ops::Range<NodeId>) -> Vec<String> {
+    let mut seen = vec![false; plan.steps.len()];
+    let mut names = Vec::new();
+    for need in nodes.flat_map(|id| plan.needs(id)) {
+        let step = plan.nodes[need].step;
+        if !std::mem::replace(&mut seen[step], true) {
+            names.push(plan.steps[step].name.clone());
+        }
+    }
+    names
+}
+
+fn wanted(names: &Names<'_>, pipeline: &Pipeline, only: &[String]) -> Result<Vec<usize>, Mistake> {
     if only.is_empty() {
         return Ok((0..pipeline.steps.len()).collect());
     }
     let find = |name: &String| {
-        pipeline.steps.iter().position(|s| s.name == *name).ok_or_else(|| {
+        names.get(name.as_str()).copied().ok_or_else(|| {
             let mistake = Mistake::new(format!("--only {name}: there is no such step"));
             mistake.nearest(name, pipeline.steps.iter().map(|s| s.name.as_str()))
         })
@@ -146,15 +161,15 @@ fn references(value: &Value, found: &mut Vec<(String, At)>) {
     }
 }
 
-fn find_step<'a>(pipeline: &'a Pipeline, name: &str, at: &At) -> Result<(usize, &'a Step), Mistake> {
-    pipeline.steps.iter().enumerate().find(|(_, s)| s.name == name).ok_or_else(|| {
+fn find_step(pipeline: &Pipeline, names: &Names<'_>, name: &str, at: &At) -> Result<usize, Mistake> {
+    names.get(name).copied().ok_or_else(|| {
         let mistake = Mistake::new(format!("unknown step `{name}`")).at(at, "no step has this name");
         mistake.nearest(name, pipeline.steps.iter().map(|s| s.name.as_str()))
     })
 }
 
 /// Steps in an order in which each comes after those it needs: depth first from each wanted step.
-fn order(pipeline: &Pipeline, wanted: &[usize]) -> Result<Vec<usize>, Mistake> {
+fn order(pipeline: &Pipeline, names: &Names<'_>, wanted: &[usize]) -> Result<Vec<usize>, Mistake> {
     let mut needs: Vec<Vec<(usize, At)>> = Vec::new();
     for step in &pipeline.steps {
         let mut found = Vec::new();
@@ -162,45 +177,108 @@ fn order(pipeline: &Pipeline, wanted: &[usize]) -> Result<Vec<usize>, Mistake> {
         values.for_each(|(_, v)| references(v, &mut found));
         let mut of_step: Vec<(usize, At)> = Vec::new();
         for (text, at) in found {
-            let (i, _) = find_step(pipeline, reference(&text, &at)?.step, &at)?;
+            let i = find_step(pipeline, names, reference(&text, &at)?.step, &at)?;
             if !of_step.iter().any(|(j, _)| *j == i) {
                 of_step.push((i, at));
             }
         }
         needs.push(of_step);
     }
-    let (mut done, mut order) = (vec![false; needs.len()], Vec::new());
+    let (mut done, mut on_path, mut order) = (vec![false; needs.len()], vec![false; needs.len()], Vec::new());
     for &start in wanted {
         let mut path: Vec<(usize, usize)> = if done[start] { vec![] } else { vec![(start, 0)] };
+        on_path[start] = true;
         while let Some((step, next)) = path.pop() {
             let Some((need, at)) = needs[step].get(next) else {
-                done[step] = true;
+                (done[step], on_path[step]) = (true, false);
                 order.push(step);
                 continue;
             };
             path.push((step, next + 1));
-            if let Some(from) = path.iter().position(|(s, _)| s == need) {
+            if on_path[*need] {
+                let from = path.iter().position(|(s, _)| s == need).unwrap_or(0);
                 let names: Vec<_> = path[from..].iter().map(|(s, _)| pipeline.steps[*s].name.as_str()).collect();
                 let title = format!("the steps need each other in a circle: {} -> {}", names.join(" -> "), names[0]);
                 return Err(Mistake::new(title).at(at, "this closes the circle"));
             }
             if !done[*need] {
+                on_path[*need] = true;
                 path.push((*need, 0));
             }
         }
+        on_path[start] = false;
     }
     Ok(order)
 }
 
-/// Makes one node.
-struct Builder<'a> {
+/// The pipeline, and where its steps stand in the plan.
+#[derive(Clone, Copy)]
+struct Around<'a> {
     pipeline: &'a Pipeline,
+    names: &'a Names<'a>,
+    placed: &'a [Option<usize>],
+}
+
+/// Makes the nodes of one step.
+struct Builder<'a> {
+    around: Around<'a>,
     step: &'a Step,
     plan: &'a mut Plan,
+    /// Digests of the files that were read, by path: one file in many points is read once.
+    read: &'a mut HashMap<PathBuf, Digest>,
+    pattern: Option<Pattern>,
+}
+
+/// A node of a sweep whose points differ in plain values at the same keys: only these are put in for the next one.
+struct Pattern {
+    keys: Vec<String>,
+    written: serde_json::Value,
+    inputs: BTreeMap<String, Input>,
+    files: BTreeMap<String, File>,
+}
+
+impl Pattern {
+    /// Puts a point's values in; whether they fit.
+    fn fill(&mut self, point: &sweep::Point) -> bool {
+        if self.keys.len() != point.len() {
+            return false;
+        }
+        self.keys.iter().zip(point).all(|(key, (k, value))| {
+            let place = key.split('.').try_fold(&mut self.written, |table, part| table.get_mut(part));
+            match place {
+                Some(place) if *key == k.text && is_plain(value) => {
+                    *place = value.json();
+                    true
+                }
+                _ => false,
+            }
+        })
+    }
+}
+
+/// Whether a value is one value, and names no result.
+fn is_plain(value: &Value) -> bool {
+    match &value.node {
+        Written::Text(text) => !text.starts_with('@'),
+        Written::List(_) | Written::Table(_) => false,
+        Written::Bool(_) | Written::Integer(_) | Written::Float(_) => true,
+    }
 }
 
 impl Builder<'_> {
-    fn node(mut self, point: &sweep::Point) -> Result<Node, Mistake> {
+    fn node(&mut self, point: &sweep::Point) -> Result<Node, Mistake> {
+        if let Some(pattern) = self.pattern.as_mut().filter(|_| point.iter().all(|(_, v)| is_plain(v)))
+            && pattern.fill(point)
+            && let Ok(checked) = (self.step.stage.check)(&pattern.written, &pattern.files)
+        {
+            let inputs = pattern.inputs.clone();
+            return self.checked(point, checked, inputs);
+        }
+        self.whole_node(point)
+    }
+
+    /// A node from all that is written, with a mistake shown at its place.
+    fn whole_node(&mut self, point: &sweep::Point) -> Result<Node, Mistake> {
         let mut params = self.step.params.clone();
         for (key, value) in point {
             params.set(key, value.clone())?;
@@ -216,15 +294,38 @@ impl Builder<'_> {
                 return Err(mistake.help(makers(port.kind)));
             }
         }
-        let value = Value { node: Written::Table(plain), at: self.step.at.clone() };
-        let written = params;
-        let params = (stage.check)(&value.json()).map_err(|e| self.refused(&written, &e.key, &e.why))?;
+        let written = Value { node: Written::Table(plain), at: self.step.at.clone() }.json();
         let files = self.files(&inputs);
-        (stage.check_files)(&params, &files).map_err(|e| self.refused(&written, &e.key, &e.why))?;
-        let cost = (stage.cost)(&params);
+        let checked = (stage.check)(&written, &files).map_err(|e| self.refused(&params, &e.key, &e.why))?;
+        let is_value = |(key, value): &(Key, Value)| is_plain(value) && self.port(&key.text, value).is_none();
+        if self.step.points.len() > 1 && point.iter().all(is_value) {
+            let keys = point.iter().map(|(k, _)| k.text.clone()).collect();
+            self.pattern = Some(Pattern { keys, written, inputs: inputs.clone(), files });
+        }
+        self.checked(point, checked, inputs)
+    }
+
+    fn checked(
+        &mut self,
+        point: &sweep::Point,
+        checked: Checked,
+        inputs: BTreeMap<String, Input>,
+    ) -> Result<Node, Mistake> {
+        let Checked { params, cost, engine } = checked;
+        let engine = engine.map(|engine| self.version(engine)).transpose()?;
         let swept = point.iter().map(|(k, v)| (k.text.clone(), v.label())).collect();
-        let engine = (stage.engine)(&params).map(|engine| self.version(engine)).transpose()?;
-        Ok(Node { step: self.plan.steps.len(), point: sweep::label(point), swept, stage, params, inputs, engine, cost })
+        let (step, stage) = (self.plan.steps.len(), self.step.stage);
+        Ok(Node { step, point: sweep::label(point), swept, stage, params, inputs, engine, cost })
+    }
+
+    /// The port that takes the value at the dotted key `path`.
+    fn port(&self, path: &str, value: &Value) -> Option<&'static Port> {
+        let last = path.rsplit('.').next().unwrap_or(path);
+        self.step.stage.ports.iter().find(|p| match p.arity {
+            // A table in such a place is a value: a material that brings its own.
+            Arity::Places => p.name == last && !matches!(value.node, Written::Table(_)),
+            _ => p.name == path,
+        })
     }
 
     /// The files among `inputs`, by dotted key.
@@ -259,11 +360,7 @@ impl Builder<'_> {
         let mut kept = Vec::new();
         for (key, mut value) in std::mem::take(&mut table.0) {
             let path = if prefix.is_empty() { key.text.clone() } else { format!("{prefix}.{}", key.text) };
-            let port = self.step.stage.ports.iter().find(|p| match p.arity {
-                // A table in such a place is a value: a material that brings its own.
-                Arity::Places => p.name == key.text && !matches!(value.node, Written::Table(_)),
-                _ => p.name == path,
-            });
+            let port = self.port(&path, &value);
             let mut refs = Vec::new();
             if !matches!(value.node, Written::Table(_)) {
                 references(&value, &mut refs);
@@ -314,7 +411,7 @@ impl Builder<'_> {
             nodes.extend(self.resolve(port, text, at)?);
         }
         if matches!(port.arity, Arity::Many | Arity::Any) {
-            return Ok(Input::Many(nodes));
+            return Ok(Input::Many(nodes.into()));
         }
         match nodes[..] {
             [one] => Ok(Input::One(one)),
@@ -327,20 +424,22 @@ impl Builder<'_> {
 
     fn resolve(&self, port: &Port, text: &str, at: &At) -> Result<Vec<NodeId>, Mistake> {
         let reference = reference(text, at)?;
-        let (_, step) = find_step(self.pipeline, reference.step, at)?;
+        let Around { pipeline, names, placed } = self.around;
+        let i = find_step(pipeline, names, reference.step, at)?;
+        let step = &pipeline.steps[i];
         if step.stage.output != port.kind {
             let title = format!("`{}` takes {}, but `{}` makes {}", port.name, port.kind, step.name, step.stage.output);
             return Err(Mistake::new(title).at(at, "does not fit").help(makers(port.kind)));
         }
-        let planned = self.plan.steps.iter().find(|s| s.name == step.name).expect("planned before: the order says so");
-        let all: Vec<NodeId> = planned.nodes.clone().collect();
+        let planned = &self.plan.steps[placed[i].expect("planned before: the order says so")];
+        let all = planned.nodes.clone();
         match reference.selection {
-            Selection::None if all.len() == 1 || matches!(port.arity, Arity::Many | Arity::Any) => Ok(all),
+            Selection::None if all.len() == 1 || matches!(port.arity, Arity::Many | Arity::Any) => Ok(all.collect()),
             Selection::None => {
                 let title = format!("`{}` has {} points, `{}` takes one", step.name, all.len(), port.name);
                 Err(Mistake::new(title).at(at, "which one?").help(format!("select one: \"@{}[key=value]\"", step.name)))
             }
-            Selection::All => Ok(all),
+            Selection::All => Ok(all.collect()),
             Selection::Where(pairs) => reference::select(self.plan, planned, &pairs).map_err(|m| m.at(at, "here")),
         }
     }
@@ -348,11 +447,15 @@ impl Builder<'_> {
     fn file(&mut self, value: &Value) -> Result<Input, Mistake> {
         let name = value.text("a file name")?;
         let path = self.step.folder.join(Path::new(name));
+        if let Some(digest) = self.read.get(&path) {
+            return Ok(Input::File(*digest));
+        }
         let bytes = std::fs::read(&path)
             .map_err(|e| Mistake::new(format!("can't read {}: {e}", path.display())).at(&value.at, "named here"))?;
         let encoded = File(bytes).encode();
         let digest = Digest::of(&encoded);
         self.plan.files.insert(digest, encoded);
+        self.read.insert(path, digest);
         Ok(Input::File(digest))
     }
 

@@ -1,5 +1,7 @@
 //! Every stage, in the order of the chain: the one place to add one.
 use hvi_kit::StageDef;
+use std::collections::HashMap;
+use std::sync::OnceLock;
 
 /// All stages.
 pub static STAGES: &[StageDef] = &[
@@ -24,9 +26,14 @@ pub fn stage(name: &str) -> Option<&'static StageDef> {
 
 /// Digest of the code behind `stage`: see `src/build.rs`.
 pub fn code(stage: &StageDef) -> hvi_kit::Digest {
-    let name = (stage.type_name)().split("::").next().unwrap_or_default();
-    let known = CODE.iter().find(|(krate, _)| *krate == name);
-    known.and_then(|(_, hex)| hex.parse().ok()).expect("the build script lists every stage's crate")
+    static DIGESTS: OnceLock<HashMap<&str, hvi_kit::Digest>> = OnceLock::new();
+    let digests = DIGESTS.get_or_init(|| {
+        let of_crate = |krate: &str| CODE.iter().find(|(name, _)| *name == krate).and_then(|(_, hex)| hex.parse().ok());
+        let krate = |stage: &StageDef| (stage.type_name)().split("::").next().unwrap_or_default();
+        let of_stage = |stage| of_crate(krate(stage)).expect("the build script lists every stage's crate");
+        STAGES.iter().map(|stage| (stage.name, of_stage(stage))).collect()
+    });
+    digests[stage.name]
 }
 
 include!(concat!(env!("OUT_DIR"), "/code.rs"));

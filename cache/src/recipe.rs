@@ -136,7 +136,7 @@ impl Recipe {
     /// enter too, are left out.
     pub fn fields(&self) -> Vec<(String, String)> {
         let mut all = Vec::new();
-        self.walk(&mut |name, tag, text| {
+        self.asked().walk(&mut |name, tag, text| {
             if !matches!(tag, 'n' | 'm') {
                 all.push((name.to_string(), text.to_string()));
             }

@@ -126,7 +126,7 @@ impl<'a> Coordinator<'a> {
             } else if let Some(blocked) = self.blocked(id) {
                 self.settle(id, blocked);
             } else {
-                let key = self.recipe(id).key();
+                let key = super::key(self.plan, id, &|n| self.output(n)).expect("every need has a result");
                 self.keys[id] = Some(key);
                 match self.found(id, key) {
                     Some(hit) => self.settle(id, hit),
@@ -137,8 +137,11 @@ impl<'a> Coordinator<'a> {
     }
 
     fn recipe(&self, id: NodeId) -> Recipe {
-        let output = |n: NodeId| self.outcomes[n].as_ref()?.entry().map(|e| e.output);
-        recipe(self.plan, id, &output).expect("every need has a result")
+        recipe(self.plan, id, &|n| self.output(n)).expect("every need has a result")
+    }
+
+    fn output(&self, id: NodeId) -> Option<Digest> {
+        self.outcomes[id].as_ref()?.entry().map(|e| e.output)
     }
 
     /// The result of a node, if the store has it whole.

@@ -214,6 +214,21 @@ impl Definition {
         Some(d)
     }
 
+    /// Whether [`Definition::make`] takes it: for each point of a sweep, so without the curves that only the result needs.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn check(&self) -> Result<(), Invalid> {
+        let others = [self.set.is_some(), self.gray.is_some(), self.tillotson.is_some()];
+        let gases = [self.stiffened_gas.is_some(), self.ideal_gas.is_some()];
+        match &self.mie_gruneisen {
+            Some(p) if !others.iter().chain(&gases).any(|given| *given) => {
+                MieGruneisen::check(&p.into()).map_err(|e| Invalid::new("mie_gruneisen", e.to_string()))
+            }
+            _ => self.make().map(drop),
+        }
+    }
+
     /// The equation of state.
     ///
     /// # Errors

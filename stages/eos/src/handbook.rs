@@ -78,7 +78,7 @@ impl Stage for Handbook {
     type Output = EosResult;
 
     fn check(params: &Definition) -> Result<(), Invalid> {
-        params.make().map(drop)
+        params.check()
     }
 
     fn cost(_: &Definition) -> f64 {

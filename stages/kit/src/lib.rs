@@ -15,4 +15,4 @@ pub use artifact::{Artifact, DecodeError, File, LoadError, load};
 pub use ctx::{Cancel, Cancelled, Ctx, Host};
 pub use hvi_cache::{Digest, Recipe, Slot, Store, StoreError};
 pub use port::{Any, Arity, Inputs, Places, Plug, Port};
-pub use stage::{Invalid, Made, Needs, Shown, Stage, StageDef, StageError};
+pub use stage::{Checked, Invalid, Made, Needs, Shown, Stage, StageDef, StageError};

@@ -4,7 +4,7 @@ use crate::view::{Scalar, View};
 use crate::{Artifact, Cancelled, Ctx, File, Inputs, LoadError, Port};
 use hvi_cache::{Digest, Recipe, Store, StoreError};
 use schemars::{JsonSchema, Schema, SchemaGenerator};
-use serde::{Serialize, de::DeserializeOwned};
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use std::collections::BTreeMap;
 
 /// Why a stage has no result.
@@ -122,6 +122,16 @@ impl Default for Needs {
     }
 }
 
+/// Parameters that a stage accepts.
+pub struct Checked {
+    /// In canonical form: defaults filled, SI units.
+    pub params: serde_json::Value,
+    /// Predicted core-seconds.
+    pub cost: f64,
+    /// The program outside that computes them, if one does.
+    pub engine: Option<&'static Engine>,
+}
+
 /// A result that was made: digest and size of its bytes.
 pub struct Made {
     /// Digest of the output's bytes.
@@ -152,16 +162,10 @@ pub struct StageDef {
     pub output: &'static str,
     /// JSON schema of the parameters; the types in it go to the generator's definitions.
     pub schema: fn(&mut SchemaGenerator) -> Schema,
-    /// Parses parameters, fills defaults, checks ranges; returns the canonical form.
-    pub check: fn(&serde_json::Value) -> Result<serde_json::Value, Invalid>,
-    /// Checks the files among the inputs, by dotted key, against canonical parameters.
-    pub check_files: fn(&serde_json::Value, &BTreeMap<String, File>) -> Result<(), Invalid>,
-    /// Predicted core-seconds of canonical parameters.
-    pub cost: fn(&serde_json::Value) -> f64,
+    /// Parses parameters, fills defaults, checks ranges, and checks the files among the inputs (by dotted key) against them.
+    pub check: fn(&serde_json::Value, &BTreeMap<String, File>) -> Result<Checked, Invalid>,
     /// Threads and memory for canonical parameters.
     pub needs: fn(&serde_json::Value) -> Needs,
-    /// The program outside for canonical parameters.
-    pub engine: fn(&serde_json::Value) -> Option<&'static Engine>,
     /// Loads inputs, runs, stores the output.
     pub run: fn(&Recipe, &Store, &Ctx<'_>) -> Result<Made, StageError>,
     /// Shows a stored output.
@@ -178,21 +182,20 @@ impl StageDef {
             ports: S::Inputs::PORTS,
             output: <S::Output as Artifact>::KIND,
             schema: <S::Params as JsonSchema>::json_schema,
-            check: |value| {
-                let params: S::Params = serde_path_to_error::deserialize(value)
-                    .map_err(|e| Invalid { key: e.path().to_string(), why: e.into_inner().to_string() })?;
+            check: |value, files| {
+                // Where a value is wrong it is read again, with an eye on the way to it.
+                let params = S::Params::deserialize(value).or_else(|_| {
+                    serde_path_to_error::deserialize(value)
+                        .map_err(|e| Invalid { key: e.path().to_string(), why: e.into_inner().to_string() })
+                })?;
                 S::check(&params)?;
-                Ok(serde_json::to_value(params).expect("parameters are plain data"))
+                S::check_files(&params, files)?;
+                let (cost, engine) = (S::cost(&params), S::engine(&params));
+                Ok(Checked { params: serde_json::to_value(params).expect("parameters are plain data"), cost, engine })
             },
-            check_files: |value, files| {
-                let params = serde_json::from_value(value.clone()).expect("it is canonical");
-                S::check_files(&params, files)
-            },
-            cost: |value| serde_json::from_value(value.clone()).map_or(0.1, |p| S::cost(&p)),
-            needs: |value| serde_json::from_value(value.clone()).map_or_else(|_| Needs::default(), |p| S::needs(&p)),
-            engine: |value| serde_json::from_value(value.clone()).ok().and_then(|p| S::engine(&p)),
+            needs: |value| S::Params::deserialize(value).map_or_else(|_| Needs::default(), |p| S::needs(&p)),
             run: |recipe, store, ctx| {
-                let params = serde_json::from_value(recipe.params.clone()).expect("checked when it was planned");
+                let params = S::Params::deserialize(&recipe.params).expect("checked when it was planned");
                 let inputs = S::Inputs::load(&recipe.inputs, store)?;
                 let bytes = S::run(&params, inputs, ctx)?.encode();
                 Ok(Made { output: store.put(&bytes)?, bytes: bytes.len() as u64 })

@@ -163,22 +163,35 @@ pub fn si(text: &str, dimension: Dimension) -> Result<f64, String> {
     if symbol.is_empty() {
         return Err(format!("`{text}` has no unit: write one of {}, as in \"{text} {}\"", accepted(), dimension.si()));
     }
-    let unit = UNITS.iter().find(|u| u.0 == symbol.replace('µ', "u").replace("Å", "angstrom"));
+    let unit = unit(symbol);
     let Some(&Unit(_, found, factor, exponent)) = unit else {
         return Err(format!("unknown unit `{symbol}`: expected one of {}", accepted()));
     };
     if found != dimension {
         return Err(format!("`{symbol}` measures {found:?}, but {dimension:?} is wanted here: one of {}", accepted()));
     }
-    let (mantissa, own) = number.split_once(['e', 'E']).unwrap_or((number, "0"));
-    let power = own.parse::<i32>().map_err(|e| format!("`{text}`: {e}"))?.saturating_add(exponent);
-    let value = format!("{mantissa}e{power}").parse::<f64>().map_err(|e| format!("`{text}`: {e}"))? * factor;
+    let scaled = if exponent == 0 {
+        number.parse::<f64>()
+    } else {
+        let (mantissa, own) = number.split_once(['e', 'E']).unwrap_or((number, "0"));
+        let power = own.parse::<i32>().map_err(|e| format!("`{text}`: {e}"))?.saturating_add(exponent);
+        format!("{mantissa}e{power}").parse::<f64>()
+    };
+    let value = scaled.map_err(|e| format!("`{text}`: {e}"))? * factor;
     if value.is_finite() { Ok(value) } else { Err(format!("`{text}` is not finite")) }
 }
 
 /// What `symbol` measures, if it is a unit.
 pub fn dimension(symbol: &str) -> Option<Dimension> {
-    UNITS.iter().find(|u| u.0 == symbol.replace('µ', "u")).map(|u| u.1)
+    unit(symbol).map(|u| u.1)
+}
+
+fn unit(symbol: &str) -> Option<&'static Unit> {
+    if symbol.is_ascii() {
+        return UNITS.iter().find(|u| u.0 == symbol);
+    }
+    let plain = symbol.replace('µ', "u").replace("Å", "angstrom");
+    UNITS.iter().find(|u| u.0 == plain)
 }
 
 macro_rules! quantities { ($($(#[$doc:meta])* $name:ident),* $(,)?) => { $(

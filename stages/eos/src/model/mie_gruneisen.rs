@@ -49,16 +49,8 @@ struct Cap {
     slope: f64,
 }
 
-/// The temperature follows x down to here.
-const OPEN: f64 = -0.2;
-/// Nodes of the isentrope a unit of x.
-const NODES: usize = 256;
-
-impl MieGruneisen {
-    /// # Errors
-    /// [`EosError`] where a parameter is not positive (the slope may be zero).
-    pub fn new(parameters: Parameters) -> Result<Self, EosError> {
-        let p = &parameters;
+impl Cap {
+    fn new(p: &Parameters) -> Result<Cap, EosError> {
         let wrong = |parameter, why| Err(EosError { name: "Mie-Grueneisen", parameter, why });
         for (parameter, value) in [
             ("density", p.density),
@@ -81,9 +73,30 @@ impl MieGruneisen {
         if slope <= 0.0 {
             return wrong("gruneisen", format!("is {}: matter would soften under compression", p.gruneisen));
         }
-        let cap = Cap { end, pressure, slope };
-        let isentrope = isentrope(p, &cap);
+        Ok(Cap { end, pressure, slope })
+    }
+}
+
+/// The temperature follows x down to here.
+const OPEN: f64 = -0.2;
+/// Nodes of the isentrope a unit of x.
+const NODES: usize = 256;
+
+impl MieGruneisen {
+    /// # Errors
+    /// [`EosError`] where a parameter is not positive (the slope may be zero).
+    pub fn new(parameters: Parameters) -> Result<Self, EosError> {
+        let cap = Cap::new(&parameters)?;
+        let isentrope = isentrope(&parameters, &cap);
         Ok(Self { parameters, cap, isentrope })
+    }
+
+    /// Whether [`MieGruneisen::new`] takes these parameters, at a small part of its cost.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn check(parameters: &Parameters) -> Result<(), EosError> {
+        Cap::new(parameters).map(drop)
     }
 
     /// The parameters.
