@@ -1,5 +1,5 @@
 # The two commands of the README, `make run` and `make test`, with all the set-up they need on a fresh Debian 12.
-.PHONY: run test check docs stability pictures setup-run setup-test kills
+.PHONY: run test check docs stability pictures bench setup-run setup-test kills
 
 run: setup-run
 	cargo build --release --locked
@@ -38,3 +38,8 @@ pictures:
 # Runs killed with kill -9 at 200 random times: wrong and lost results are counted, and must be none.
 kills: setup-test
 	HVI_KILLS=200 cargo test --locked --test all kills_at_random_times -- --nocapture
+
+# Speed of the orchestrator beside its peers: docs/orchestrator.md. Takes some minutes; nothing else should run meanwhile.
+bench:
+	cargo build --release --locked
+	python3 benches/orchestrator.py --write docs/orchestrator.md

@@ -40,6 +40,15 @@ struct Manifest {
 
 const MANIFEST: &str = ".manifest.json";
 
+/// Beside the manifest, because only comparisons read it: the key of each node that has a result, by its label.
+const KEYS: &str = ".keys.json";
+
+/// Keys of the nodes' results at the last runs that wrote to `folder`, by label.
+pub fn last_keys(folder: &Path) -> BTreeMap<String, Digest> {
+    let read = fs::read(folder.join(KEYS)).ok();
+    read.and_then(|bytes| serde_json::from_slice(&bytes).ok()).unwrap_or_default()
+}
+
 /// A file as it was when it was last read or written.
 #[derive(Clone, Serialize, Deserialize)]
 struct Seen {
@@ -163,6 +172,10 @@ pub fn write(pipeline: &Pipeline, plan: &Plan, run: &Report, store: &Store, fold
             }
         }
     }
+    let mut keys = last_keys(folder);
+    let known = (0..plan.nodes.len()).filter(|&id| run.outcomes[id].entry().is_some());
+    keys.extend(known.filter_map(|id| Some((plan.label(id), run.keys[id]?))));
+    publish(&folder.join(KEYS), &serde_json::to_vec(&keys)?)?;
     // What could not be read is written next time, though the study is the same.
     let study = if unreadable.is_empty() { study } else { String::new() };
     // Not `at: now()`: files that are as old as this are read once more, when clocks have ticked.

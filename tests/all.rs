@@ -10,6 +10,7 @@ mod suite {
     pub mod commands;
     pub mod eos;
     pub mod faults;
+    pub mod key;
     pub mod language;
     pub mod project;
     pub mod schema;
