@@ -1,7 +1,8 @@
 //! Energy, forces and virial of the embedded-atom model, over half neighbour lists in two passes.
 //!
 //! Pass one sums densities and pair energies and keeps phi'/r and f'/r; then each atom is embedded; pass two makes the
-//! forces `-(phi' + (F'_i + F'_j) f') r/|r|` from what was kept.
+//! forces `-(phi' + (F'_i + F'_j) f') r/|r|` from what was kept. In large boxes the passes go up through layers of cells, pass two
+//! as close behind pass one as the list allows, so that what is kept (500 bytes an atom) doesn't leave the cache.
 use crate::lanes::{Kernel, Lanes};
 use crate::neighbor::List;
 use crate::table::{Over, Tables};
@@ -20,10 +21,37 @@ pub struct Forces<'a> {
     pub force: &'a mut [[f64; 4]],
     /// Density sums: `[atoms + 1]`.
     pub density: &'a mut [f64],
-    /// Room for phi'/r and f'/r: one a vector of the list.
-    pub kept: &'a mut [[[f64; 8]; 2]],
-    /// Room for whether any pair of a vector is within the cut-off: one a vector of the list.
-    pub active: &'a mut [bool],
+    /// Room for phi'/r and f'/r.
+    pub kept: &'a mut Kept,
+}
+
+/// What pass two needs of pass one, of the layers between them.
+#[derive(Clone, Debug, Default)]
+pub struct Kept {
+    /// Vectors that a layer may have.
+    room: usize,
+    /// phi'/r and f'/r of the vectors with any pair within the cut-off, without gaps: `[slots * room]`.
+    slopes: Vec<[[f64; 8]; 2]>,
+    /// Whether any pair of a vector is within the cut-off: `[slots * room]`.
+    active: Vec<bool>,
+}
+
+impl Kept {
+    /// Makes room for what passes over `list` keep.
+    pub fn fit(&mut self, list: &List) {
+        self.room = (0..list.layers()).map(|k| list.vectors_of(list.layer(k)).len()).max().unwrap_or(0);
+        let slots = list.layers().min(2 * list.lag() + 1);
+        self.slopes.resize(slots * self.room, [[0.0; 8]; 2]);
+        self.active.resize(slots * self.room, false);
+    }
+
+    /// The part for `layer`: layers below `lag` wait for the end, the others follow each other.
+    #[inline(always)]
+    fn slot(&mut self, layer: usize, lag: usize) -> (&mut [[[f64; 8]; 2]], &mut [bool]) {
+        let slot = if layer < lag { layer } else { lag + layer % (lag + 1) };
+        let all = slot * self.room..(slot + 1) * self.room;
+        (&mut self.slopes[all.clone()], &mut self.active[all])
+    }
 }
 
 /// What [`Forces`] sums up.
@@ -42,15 +70,19 @@ pub struct Sums {
 impl Kernel for Forces<'_> {
     type Out = Sums;
     #[inline(always)]
-    fn run<L: Lanes>(mut self, l: L) -> Sums {
-        let (pair_energy, nearest2) = match self.tables.over {
-            Over::Square => self.densities::<L, false>(l),
-            Over::Distance => self.densities::<L, true>(l),
-        };
-        let (embedding_energy, too_dense) = self.embed();
-        let virial = self.forces(l);
-        Sums { energy: pair_energy + embedding_energy, virial, nearest2, too_dense }
+    fn run<L: Lanes>(self, l: L) -> Sums {
+        match self.tables.over {
+            Over::Square => self.passes::<L, false>(l),
+            Over::Distance => self.passes::<L, true>(l),
+        }
     }
+}
+
+/// Sums over pairs that are under way.
+struct Under<L: Lanes> {
+    energy: L::F,
+    nearest2: L::F,
+    virial: [L::F; 3],
 }
 
 /// Nearest image of `at - other`, by component; `wraps` is false where that is `at - other` itself, which has the same bits.
@@ -104,20 +136,57 @@ fn look_up<L: Lanes, const ROOT: bool>(l: L, tables: &Tables, r2: L::F) -> [L::F
 }
 
 impl Forces<'_> {
-    /// Pass one: density sums; returns the pair energy and the least distance squared.
+    /// Both passes, layer by layer.
+    ///
+    /// Rows of a layer name atoms of it and of `lag` layers below, round the box: a density is complete `lag` layers later,
+    /// and pass two needs complete densities. The lowest layers' neighbours are at the top: they come last.
     #[inline(always)]
-    fn densities<L: Lanes, const ROOT: bool>(&mut self, l: L) -> (f64, f64) {
+    fn passes<L: Lanes, const ROOT: bool>(mut self, l: L) -> Sums {
         self.density.fill(0.0);
+        let (layers, lag) = (self.list.layers(), self.list.lag());
+        let zero = l.splat(0.0);
+        let mut under = Under { energy: zero, nearest2: l.splat(1e300), virial: [zero; 3] };
+        let mut sums = Sums::default();
+        let (mut embedded, mut finished) = (0, lag);
+        for layer in 0..layers {
+            self.densities::<L, ROOT>(l, layer, &mut under);
+            let last = layer + 1 == layers;
+            let complete = if last { layers } else { (layer + 1).saturating_sub(lag) };
+            while embedded < complete {
+                self.embed(embedded, &mut sums);
+                embedded += 1;
+            }
+            // pass two of a layer needs what is `lag` below to be complete, and that is all that it needs
+            while finished < if last { layers + lag } else { complete } {
+                self.forces(l, finished % layers, &mut under);
+                finished += 1;
+            }
+        }
+        let mut least = [0.0; 8];
+        l.store(under.nearest2, &mut least);
+        sums.nearest2 = least.into_iter().fold(1e300, |a, b| if b < a { b } else { a });
+        sums.energy += l.sum(under.energy);
+        sums.virial = under.virial.map(|v| l.sum(v));
+        sums
+    }
+
+    /// Pass one over a layer: density sums, pair energy and the least distance squared.
+    #[inline(always)]
+    fn densities<L: Lanes, const ROOT: bool>(&mut self, l: L, layer: usize, under: &mut Under<L>) {
         let periodic = periodic(l, self.edges);
         let (cutoff2, beyond) = (l.splat(self.tables.cutoff2), l.splat(self.tables.beyond));
-        let (mut energy, mut nearest2) = (l.splat(0.0), l.splat(1e300));
-        for i in 0..self.position.len() - 1 {
+        let (mut energy, mut nearest2) = (under.energy, under.nearest2);
+        let rows = self.list.layer(layer);
+        let (slopes, active) = self.kept.slot(layer, self.list.lag());
+        let (mut slopes, mut active) = (slopes.iter_mut(), active.iter_mut());
+        for i in rows {
+            self.force[i] = [0.0; 4];
             let [x, y, z, _] = self.position[i];
             let at = [l.splat(x), l.splat(y), l.splat(z)];
             let mut sum = l.splat(0.0);
             let (row, wraps) = (self.list.row(i), self.list.wraps[i]);
-            let room = self.kept[row.clone()].iter_mut().zip(&mut self.active[row.clone()]);
-            for (neighbours, (kept, active)) in self.list.vectors[row].iter().zip(room) {
+            // the row ends first, and asks for no more than it has
+            for (neighbours, active) in self.list.vectors[row].iter().zip(&mut active) {
                 let [x, y, z] = apart(l, at, l.gather(self.position, neighbours), periodic, wraps);
                 let r2 = l.fma(z, z, l.fma(y, y, l.mul(x, x)));
                 *active = l.less(r2, cutoff2) != 0;
@@ -126,52 +195,51 @@ impl Forces<'_> {
                 }
                 nearest2 = l.min(r2, nearest2);
                 let [phi, phi_slope, f, f_slope] = look_up::<L, ROOT>(l, self.tables, l.below(r2, cutoff2, beyond));
-                l.store(phi_slope, &mut kept[0]);
-                l.store(f_slope, &mut kept[1]);
+                if let Some(kept) = slopes.next() {
+                    l.store(phi_slope, &mut kept[0]);
+                    l.store(f_slope, &mut kept[1]);
+                }
                 energy = l.add(energy, phi);
                 sum = l.add(sum, f);
                 l.scatter_add(self.density, neighbours, f);
             }
             self.density[i] += l.sum(sum);
         }
-        let mut least = [0.0; 8];
-        l.store(nearest2, &mut least);
-        (l.sum(energy), least.into_iter().fold(1e300, |a, b| if b < a { b } else { a }))
+        (under.energy, under.nearest2) = (energy, nearest2);
     }
 
-    /// Puts F' of each atom beside its position; returns the embedding energy and the first atom off the table.
+    /// Puts F' of each atom of a layer beside its position; adds up the embedding energy and finds the first atom off the table.
     #[inline(always)]
-    fn embed(&mut self) -> (f64, Option<usize>) {
-        let (mut energy, mut off) = (0.0, None);
-        for i in 0..self.position.len() - 1 {
+    fn embed(&mut self, layer: usize, sums: &mut Sums) {
+        for i in self.list.layer(layer) {
             match self.tables.embedding(self.density[i]) {
                 Some(jet) => {
-                    energy += jet.value;
+                    sums.energy += jet.value;
                     self.position[i][3] = jet.slope;
                 }
-                None => off = off.or(Some(i)),
+                None => sums.too_dense = sums.too_dense.or(Some(i)),
             }
         }
-        (energy, off)
     }
 
-    /// Pass two: forces; returns the virial by axis.
+    /// Pass two over a layer: forces, and the virial by axis.
     #[inline(always)]
-    fn forces<L: Lanes>(&mut self, l: L) -> [f64; 3] {
-        self.force.fill([0.0; 4]);
+    fn forces<L: Lanes>(&mut self, l: L, layer: usize, under: &mut Under<L>) {
         let periodic = periodic(l, self.edges);
-        let (zero, mut virial) = (l.splat(0.0), [l.splat(0.0); 3]);
-        for i in 0..self.position.len() - 1 {
+        let (zero, mut virial) = (l.splat(0.0), under.virial);
+        let (slopes, active) = self.kept.slot(layer, self.list.lag());
+        let (mut slopes, mut active) = (slopes.iter(), active.iter());
+        for i in self.list.layer(layer) {
             let [x, y, z, slope] = self.position[i];
             let at = [l.splat(x), l.splat(y), l.splat(z)];
             let slope = l.splat(slope);
             let mut sum = [zero; 3];
             let (row, wraps) = (self.list.row(i), self.list.wraps[i]);
-            let kept = self.kept[row.clone()].iter().zip(&self.active[row.clone()]);
-            for (neighbours, (kept, active)) in self.list.vectors[row].iter().zip(kept) {
+            for (neighbours, active) in self.list.vectors[row].iter().zip(&mut active) {
                 if !active {
                     continue;
                 }
+                let Some(kept) = slopes.next() else { break };
                 let other = l.gather(self.position, neighbours);
                 let d = apart(l, at, other, periodic, wraps);
                 let (phi_slope, f_slope) = (l.load(&kept[0]), l.load(&kept[1]));
@@ -186,6 +254,6 @@ impl Forces<'_> {
                 self.force[i][k] += l.sum(sum[k]);
             }
         }
-        [l.sum(virial[0]), l.sum(virial[1]), l.sum(virial[2])]
+        under.virial = virial;
     }
 }

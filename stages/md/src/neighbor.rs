@@ -5,6 +5,9 @@ use serde::{Deserialize, Serialize};
 /// Where a row's last vector isn't full it names the atom past the last, which stands infinitely far from all others.
 pub const NOWHERE: [f64; 4] = [1e100, 1e100, 1e100, 0.0];
 
+/// A box of fewer layers of cells counts as one layer: the wait for the lowest would leave little to gain.
+const LEAST_LAYERS: usize = 8;
+
 /// The neighbours of each atom on one side of it (see [`Build`]), those within the cut-off first.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct List {
@@ -12,6 +15,8 @@ pub struct List {
     pub start: Vec<u32>,
     /// Neighbours by eight; `atoms` where there is none.
     pub vectors: Vec<[u32; 8]>,
+    /// Layer k, from below, holds the atoms `layer_start[k]..layer_start[k + 1]`: `[layers + 1]`.
+    pub layer_start: Vec<u32>,
     /// Whether atom i is so near a face of the box that neighbours can be images: `[atoms]`.
     pub wraps: Vec<bool>,
 }
@@ -48,6 +53,13 @@ impl Cells {
             next[c] += 1;
         }
         Cells { per_edge: m, first, order }
+    }
+
+    /// First atoms of the layers of cells, and the number of atoms at the end; a box of few layers is one.
+    fn layers(&self) -> Vec<u32> {
+        let [x, y, z] = self.per_edge;
+        let cells = if z < LEAST_LAYERS { x * y * z } else { x * y };
+        self.first.iter().step_by(cells).copied().collect()
     }
 
     /// Indices along axis `axis` that can hold neighbours of cell `c`: itself, two below, and two above unless `below_only`.
@@ -119,6 +131,7 @@ impl Kernel for Build<'_> {
         self.list.wraps.clear();
         self.list.wraps.extend(self.position[..n].iter().map(near_face));
         self.list.start.push(0);
+        self.list.layer_start = self.cells.layers();
         for c in 0..m[0] * m[1] * m[2] {
             self.cells.runs([c % m[0], c / m[0] % m[1], c / m[0] / m[1]], &mut runs);
             for i in self.cells.first[c] as usize..self.cells.first[c + 1] as usize {
@@ -162,6 +175,29 @@ impl List {
     #[inline(always)]
     pub fn row(&self, i: usize) -> std::ops::Range<usize> {
         self.start[i] as usize..self.start[i + 1] as usize
+    }
+
+    /// Number of layers.
+    #[inline(always)]
+    pub fn layers(&self) -> usize {
+        self.layer_start.len() - 1
+    }
+
+    /// How many layers below its own (and below the lowest those at the top) a row can reach.
+    #[inline(always)]
+    pub fn lag(&self) -> usize {
+        if self.layers() == 1 { 0 } else { 2 }
+    }
+
+    /// Atoms of layer `k`.
+    #[inline(always)]
+    pub fn layer(&self, k: usize) -> std::ops::Range<usize> {
+        self.layer_start[k] as usize..self.layer_start[k + 1] as usize
+    }
+
+    /// Vectors of the rows of atoms `rows`.
+    pub fn vectors_of(&self, rows: std::ops::Range<usize>) -> std::ops::Range<usize> {
+        self.start[rows.start] as usize..self.start[rows.end] as usize
     }
 
     /// Appends the first `length` of `row` as a row, its last vector filled up with `nobody`.

@@ -3,7 +3,7 @@ mod snapshot;
 pub use snapshot::Snapshot;
 
 use crate::fault::Fault;
-use crate::force::{Forces, Sums};
+use crate::force::{Forces, Kept, Sums};
 use crate::lanes::{Isa, Kernel, Lanes, run};
 use crate::neighbor::{Build, Cells, List, NOWHERE};
 use crate::random::Random;
@@ -37,8 +37,7 @@ pub struct System {
     id: Vec<u32>,
     list: List,
     density: Vec<f64>,
-    kept: Vec<[[f64; 8]; 2]>,
-    active: Vec<bool>,
+    kept: Kept,
     sums: Sums,
     /// By axis.
     twice_kinetic: [f64; 3],
@@ -82,8 +81,7 @@ impl System {
             id: (0..n as u32).collect(),
             list: List::default(),
             density: vec![0.0; n + 1],
-            kept: Vec::new(),
-            active: Vec::new(),
+            kept: Kept::default(),
             sums: Sums::default(),
             twice_kinetic: [0.0; 3],
             middle_kinetic: [0.0; 3],
@@ -306,7 +304,6 @@ impl System {
                 force: &mut self.force,
                 density: &mut self.density,
                 kept: &mut self.kept,
-                active: &mut self.active,
             },
         );
         if self.sums.nearest2 < self.tables.nearest2 {
@@ -383,8 +380,7 @@ impl System {
         let squares = [self.tables.cutoff2, reach * reach];
         let (list, position) = (&mut self.list, &self.position);
         run(self.isa, Build { list, position, cells: &cells, edges: self.edges, squares });
-        self.kept.resize(self.list.vectors.len(), [[0.0; 8]; 2]);
-        self.active.resize(self.list.vectors.len(), false);
+        self.kept.fit(&self.list);
         self.rebuilds += 1;
         Ok(())
     }

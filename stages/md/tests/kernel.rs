@@ -49,11 +49,12 @@ fn plain(sites: &[[f64; 3]], edge: f64) -> (f64, Vec<[f64; 3]>) {
     (energy, force)
 }
 
-/// The tables follow the formulas to 1e-9 eV and 3e-7 eV/angstrom a pair (their own test); 100 pairs an atom.
+/// The tables follow the formulas to 1e-9 eV and 3e-7 eV/angstrom a pair (their own test); 100 pairs an atom. The larger boxes
+/// are passed over layer by layer.
 #[test]
 fn energy_and_forces_are_those_of_the_formulas() {
-    for (ratio, shake) in [(1.0, 0.3), (0.64, 0.2), (1.3, 0.5)] {
-        let (sites, edge) = shaken(4, ratio, shake);
+    for (cells, ratio, shake) in [(4, 1.0, 0.3), (4, 0.64, 0.2), (4, 1.3, 0.5), (8, 1.0, 0.3), (9, 0.8, 0.4)] {
+        let (sites, edge) = shaken(cells, ratio, shake);
         let (system, (energy, forces)) = (system(&sites, edge), plain(&sites, edge));
         let atoms = sites.len() as f64;
         assert!((system.energy() - energy).abs() < 1e-8 * atoms, "{} {energy}", system.energy());
@@ -227,23 +228,25 @@ fn kinetic_energy_has_its_distribution() {
     assert!((variance / expected - 1.0).abs() < 0.18, "{variance} {expected}");
 }
 
-/// Every bit of positions, velocities, energy and virial after lists were rebuilt many times.
+/// Every bit of positions, velocities, energy and virial after lists were rebuilt many times; in one layer and in many.
 #[test]
 fn every_instruction_set_gives_the_same_bits() {
-    let bits = |isa: Isa| {
-        let (sites, edge) = shaken(4, 0.9, 0.1);
+    let bits = |isa: Isa, cells: usize, steps: usize| {
+        let (sites, edge) = shaken(cells, 0.9, 0.1);
         let mut system = System::new(Tables::new(COPPER), isa, &sites, edge).unwrap();
         system.heat(8000.0, 1);
         let mut chain = Chain::new(BOLTZMANN * 6000.0, system.freedom(), 0.1);
-        (0..150).for_each(|_| system.advance(0.003, Some(&mut chain)).unwrap());
-        assert!(system.rebuilds() > 10);
+        (0..steps).for_each(|_| system.advance(0.003, Some(&mut chain)).unwrap());
+        assert!(system.rebuilds() > 2);
         let sums = [system.energy(), system.virial(), system.site_virial(), system.temperature()];
         let motion = [system.displacements(), system.velocities(), system.forces()].concat();
         sums.into_iter().chain(motion.into_iter().flatten()).map(f64::to_bits).collect::<Vec<u64>>()
     };
-    let expected = bits(Isa::best());
-    for isa in Isa::all() {
-        assert!(bits(isa) == expected, "{}", isa.name());
+    for (cells, steps) in [(4, 150), (8, 20)] {
+        let expected = bits(Isa::best(), cells, steps);
+        for isa in Isa::all() {
+            assert!(bits(isa, cells, steps) == expected, "{} {cells}", isa.name());
+        }
     }
 }
 

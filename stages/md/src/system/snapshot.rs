@@ -1,6 +1,6 @@
 //! The atoms as bytes: all of a system that its next step depends on.
 use super::System;
-use crate::force::Sums;
+use crate::force::{Kept, Sums};
 use crate::lanes::Isa;
 use crate::neighbor::List;
 use crate::table::Tables;
@@ -57,7 +57,9 @@ impl System {
 
     /// The system that a snapshot was taken of; `tables` are those it had.
     pub fn resume(tables: Tables, isa: Isa, from: Snapshot) -> System {
-        let (atoms, vectors) = (from.velocity.len(), from.list.vectors.len());
+        let atoms = from.velocity.len();
+        let mut kept = Kept::default();
+        kept.fit(&from.list);
         System {
             mass: System::mass_of(&tables),
             tables,
@@ -73,8 +75,7 @@ impl System {
             id: from.id,
             list: from.list,
             density: vec![0.0; atoms + 1],
-            kept: vec![[[0.0; 8]; 2]; vectors],
-            active: vec![false; vectors],
+            kept,
             sums: Sums { energy: from.energy, virial: from.virial, nearest2: 0.0, too_dense: None },
             twice_kinetic: from.twice_kinetic,
             middle_kinetic: from.middle_kinetic,
