@@ -14,7 +14,7 @@ pub use states::{MeltingPoint, Reference};
 use crate::handbook::{COPPER_COHESION, COPPER_MOLAR_MASS};
 use crate::model::gray::{Gray, Parameters};
 use crate::{Eos, EosError, EosResult};
-use hvi_kit::units::{SpecificEnergy, Temperature};
+use hvi_kit::units::{SpecificEnergy, SpecificVolume, Temperature};
 use hvi_kit::{Any, Ctx, Invalid, Stage, StageError, inputs};
 use hvi_md::{Coexistence, State};
 use schemars::JsonSchema;
@@ -67,6 +67,9 @@ pub struct Params {
     pub loss: Loss,
     /// Temperature of the reference state.
     pub reference_temperature: Temperature,
+    /// V0, where the model has neither pressure nor energy at that temperature; by default where the states have no pressure. The
+    /// paper's is that of a lattice of 0.3615 nm, 0.1119 cm3/g, where they have about 2 GPa.
+    pub reference_volume: Option<SpecificVolume>,
     /// Energy of the dilute gas at T -> 0 above the reference state; sets the vapour only. Default: copper's.
     pub cohesive_energy: SpecificEnergy,
     /// Entropy of melting at constant volume plus the liquid's softening, in units of R: GRAY's Delta S, which T_m hangs on. With
@@ -82,6 +85,7 @@ impl Default for Params {
             weights: Weights::Uniform,
             loss: Loss::Square,
             reference_temperature: Temperature::new(300.0),
+            reference_volume: None,
             cohesive_energy: SpecificEnergy::new(COPPER_COHESION / COPPER_MOLAR_MASS),
             melting_entropy: 1.16,
             bootstrap: 100,
@@ -127,6 +131,7 @@ impl Stage for Fitting {
             false => Err(Invalid::new(key, format!("is {value} {unit}, must be positive"))),
         };
         positive("reference_temperature", params.reference_temperature.si(), "K")?;
+        positive("reference_volume", params.reference_volume.map_or(1.0, |v| v.si()), "m3/kg")?;
         positive("cohesive_energy", params.cohesive_energy.si(), "J/kg")?;
         // Below, the liquid's softening of 0.16 R makes the model invalid; metals have 0.8 to 1.7.
         if !(0.3..=5.0).contains(&params.melting_entropy) {
@@ -156,8 +161,8 @@ impl Stage for Fitting {
 /// [`StageError::Physics`] with a [`FitError`]'s text where the states can't determine a parameter, or the fitted model fails its
 /// own checks; [`StageError::Cancelled`].
 pub fn fit(params: &Params, states: &[State], melting: &[Coexistence], ctx: &Ctx<'_>) -> Result<EosResult, StageError> {
-    let data = states::Data::new(states, melting, params.reference_temperature.si(), params.weights)
-        .map_err(StageError::physics)?;
+    let (t0, v0) = (params.reference_temperature.si(), params.reference_volume.map(|v| v.si()));
+    let data = states::Data::new(states, melting, t0, v0, params.weights).map_err(StageError::physics)?;
     let start = two_stage::start(&data, params);
     let fit = two_stage::fit(&data, &start, params.into(), true).map_err(StageError::physics)?;
     let p = fit.gray.parameters().clone();

@@ -222,6 +222,19 @@ fn notes(params: &Params, data: &Data, fit: &Fit, gray: &Gray) -> Vec<String> {
                 .into(),
         );
     }
+    if params.reference_volume.is_some() {
+        notes.push(format!(
+            "V0 was given: the states have {:.2} GPa there at the reference temperature, the model has none.",
+            data.reference_pressure / 1e9
+        ));
+    }
+    if fit.steepest {
+        notes.push(
+            "The states would have a so large that gamma falls below 1/3 within the model's range: a is held at its bound and has no \
+             error of its own."
+                .into(),
+        );
+    }
     if fit.bounded {
         notes.push(
             "The states would have g_e negative: it is held at its bound (eq 34), its error is its own size.".into(),

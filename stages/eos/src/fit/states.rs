@@ -43,6 +43,8 @@ pub(super) struct Data {
     pub isochores: usize,
     /// V0 [m3/kg] and its standard error.
     pub volume: (f64, f64),
+    /// The states' pressure at (V0, T0) [Pa], where the model has none.
+    pub reference_pressure: f64,
     /// -V dP/dV at (V0, T0) [Pa].
     pub bulk_modulus: f64,
     pub molar_mass: f64,
@@ -52,11 +54,13 @@ pub(super) struct Data {
 const NEAR: f64 = 30.0;
 
 impl Data {
-    /// Finds V0 where the solid isotherm at `reference_temperature` [K] crosses P = 0, and counts energies from there.
+    /// Finds V0 where the solid isotherm at `reference_temperature` [K] crosses P = 0, unless it is `reference_volume` [m3/kg], and
+    /// counts energies from there.
     pub fn new(
         states: &[State],
         melting: &[Coexistence],
         reference_temperature: f64,
+        reference_volume: Option<f64>,
         weights: Weights,
     ) -> Result<Data, FitError> {
         let refuse = |why: String| Err(FitError(why));
@@ -72,7 +76,10 @@ impl Data {
         if let Some(i) = melting.iter().position(|m| m.molar_mass != molar_mass) {
             return refuse(format!("melting point {i} has another molar mass than the states: one metal a fit"));
         }
-        let reference = Reference::find(states, reference_temperature)?;
+        let reference = match reference_volume {
+            Some(volume) => Reference::at(states, reference_temperature, volume)?,
+            None => Reference::find(states, reference_temperature)?,
+        };
         let mut isochores: Vec<f64> = states.iter().map(|s| s.volume).collect();
         isochores.sort_by(f64::total_cmp);
         // Volumes of one isochore may differ by rounding only.
@@ -113,6 +120,7 @@ impl Data {
             melting: melting.iter().map(point).collect(),
             isochores: isochores.len(),
             volume: (reference.volume, reference.volume_error),
+            reference_pressure: reference.pressure,
             bulk_modulus: reference.bulk_modulus,
             molar_mass,
         };
@@ -150,13 +158,15 @@ impl Data {
     }
 }
 
-/// The zero-pressure solid at T0, as the states have it.
+/// The solid at V0 and T0, as the states have it: without pressure, unless V0 was given.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reference {
     /// V0 [m3/kg].
     pub volume: f64,
     /// Standard error of V0 [m3/kg].
     pub volume_error: f64,
+    /// Pressure there [Pa].
+    pub pressure: f64,
     /// Energy there, in the states' own zero [J/kg].
     pub energy: f64,
     /// -V dP/dV along the isotherm there [Pa].
@@ -169,17 +179,7 @@ impl Reference {
     /// # Errors
     /// [`FitError`] where fewer than four solid states lie within 30 K of it, or none on one side of zero pressure.
     pub fn find(states: &[State], t0: f64) -> Result<Reference, FitError> {
-        let near = |s: &&State| s.phase == Phase::Solid && (s.temperature - t0).abs() <= NEAR;
-        // Brought to T0 with C_V = 3R and gamma = 2: a fraction of a kelvin, a few MPa.
-        let mut points: Vec<[f64; 4]> = states
-            .iter()
-            .filter(near)
-            .map(|s| {
-                let heat = 3.0 * GAS_CONSTANT / s.molar_mass * (t0 - s.temperature);
-                [s.volume, s.pressure + 2.0 * heat / s.volume, s.energy + heat, s.pressure_error]
-            })
-            .collect();
-        points.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        let points = isotherm(states, t0);
         let crossing = points.windows(2).position(|w| w[0][1] >= 0.0 && w[1][1] < 0.0);
         let (Some(crossing), true) = (crossing, points.len() >= 4) else {
             return Err(FitError(format!(
@@ -190,24 +190,64 @@ impl Reference {
         };
         let first = crossing.saturating_sub(1).min(points.len() - 4);
         let four = &points[first..first + 4];
-        let through = |column: usize, v: f64| {
-            (0..4)
-                .map(|i| {
-                    (0..4)
-                        .filter(|&j| j != i)
-                        .fold(four[i][column], |y, j| y * (v - four[j][0]) / (four[i][0] - four[j][0]))
-                })
-                .sum::<f64>()
-        };
         let (low, high) = (points[crossing][0], points[crossing + 1][0]);
-        let volume = bisect(low, high, 1e-14 * low, |v| through(1, v)).unwrap_or(low);
-        let h = 1e-4 * volume;
-        let bulk_modulus = -volume * (through(1, volume + h) - through(1, volume - h)) / (2.0 * h);
-        if bulk_modulus <= 0.0 {
-            return Err(FitError(format!("pressure does not fall with volume along the {t0:.0} K isotherm at P = 0")));
-        }
+        let volume = bisect(low, high, 1e-14 * low, |v| through(four, 1, v)).unwrap_or(low);
+        let found = Reference::of(four, volume, t0)?;
         let error = points[crossing][3].max(points[crossing + 1][3]);
-        let volume_error = volume * error / bulk_modulus;
-        Ok(Reference { volume, volume_error, energy: through(2, volume), bulk_modulus })
+        Ok(Reference { volume_error: volume * error / found.bulk_modulus, pressure: 0.0, ..found })
     }
+
+    /// The same at `volume` [m3/kg], whatever the pressure; up to a hundredth beyond the states.
+    ///
+    /// # Errors
+    /// [`FitError`] where fewer than four solid states lie within 30 K of `t0` [K], or `volume` lies beyond them.
+    pub fn at(states: &[State], t0: f64, volume: f64) -> Result<Reference, FitError> {
+        let points = isotherm(states, t0);
+        let ends = points.first().zip(points.last()).map(|(a, b)| [0.99 * a[0], 1.01 * b[0]]);
+        match ends {
+            Some([low, high]) if points.len() >= 4 && (low..=high).contains(&volume) => {
+                let above = points.partition_point(|p| p[0] < volume);
+                let first = above.saturating_sub(2).min(points.len() - 4);
+                Reference::of(&points[first..first + 4], volume, t0)
+            }
+            _ => Err(FitError(format!(
+                "reference_volume is {:.5} cm3/g: needs 4 or more solid states within {NEAR:.0} K of {t0:.0} K, on both sides of it; \
+                 there are {} of them{}",
+                volume * 1e3,
+                points.len(),
+                ends.map_or(String::new(), |[a, b]| format!(", {:.5} to {:.5} cm3/g", a / 0.99 * 1e3, b / 1.01 * 1e3))
+            ))),
+        }
+    }
+
+    fn of(four: &[[f64; 4]], volume: f64, t0: f64) -> Result<Reference, FitError> {
+        let h = 1e-4 * volume;
+        let bulk_modulus = -volume * (through(four, 1, volume + h) - through(four, 1, volume - h)) / (2.0 * h);
+        if bulk_modulus <= 0.0 {
+            return Err(FitError(format!("pressure does not fall with volume along the {t0:.0} K isotherm at V0")));
+        }
+        let [pressure, energy] = [1, 2].map(|column| through(four, column, volume));
+        Ok(Reference { volume, volume_error: 0.0, pressure, energy, bulk_modulus })
+    }
+}
+
+/// Volume, pressure, energy and error of pressure along the solid isotherm at `t0` [K], volumes rising.
+fn isotherm(states: &[State], t0: f64) -> Vec<[f64; 4]> {
+    let near = |s: &&State| s.phase == Phase::Solid && (s.temperature - t0).abs() <= NEAR;
+    // Brought to T0 with C_V = 3R and gamma = 2: a fraction of a kelvin, a few MPa.
+    let brought = |s: &State| {
+        let heat = 3.0 * GAS_CONSTANT / s.molar_mass * (t0 - s.temperature);
+        [s.volume, s.pressure + 2.0 * heat / s.volume, s.energy + heat, s.pressure_error]
+    };
+    let mut points: Vec<[f64; 4]> = states.iter().filter(near).map(brought).collect();
+    points.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    points
+}
+
+/// The cubic through `column` of four points, at volume `v`.
+fn through(four: &[[f64; 4]], column: usize, v: f64) -> f64 {
+    let basis = |i: usize| {
+        (0..4).filter(|&j| j != i).fold(four[i][column], |y, j| y * (v - four[j][0]) / (four[i][0] - four[j][0]))
+    };
+    (0..4).map(basis).sum::<f64>()
 }

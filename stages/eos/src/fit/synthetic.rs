@@ -93,6 +93,7 @@ fn true_data(set: Set, seed: u64) -> Data {
         melting: Vec::new(),
         isochores: 25,
         volume: (set.parameters().volume, 0.0),
+        reference_pressure: 0.0,
         bulk_modulus: 137e9,
         molar_mass: set.parameters().molar_mass,
     }
@@ -335,6 +336,32 @@ fn the_melting_temperature_hangs_on_the_entropy() {
     assert_eq!(Fitting::check(&wrong).unwrap_err().key, "melting_entropy");
 }
 
+/// V0 as given: the true one gives the parameters of the one that is found, within what the noise of 0.01 GPa leaves of it (1e-4 of
+/// V0, and the others of that times a hundred at most); a denser one is taken as it is, and what the states have there is said.
+#[test]
+fn takes_the_reference_volume_that_is_given() {
+    let all = states(Set::CopperRoyce, 1, |_| 1e7);
+    let truth = Set::CopperRoyce.parameters();
+    let with = |volume: Option<f64>| {
+        let reference_volume = volume.map(hvi_kit::units::SpecificVolume::new);
+        fit(&Params { reference_volume, bootstrap: 0, ..Params::default() }, &all, &[], &Ctx::quiet())
+    };
+    let parameters = |result: &EosResult| match &result.eos {
+        Eos::Gray(gray) => gray.parameters().clone(),
+        other => panic!("{}", other.name()),
+    };
+    let (found, given) = (parameters(&with(None).unwrap()), parameters(&with(Some(truth.volume)).unwrap()));
+    assert!(given.volume == truth.volume && found.volume != truth.volume);
+    assert!((given.sound_speed / found.sound_speed - 1.0).abs() < 0.01, "{} {}", given.sound_speed, found.sound_speed);
+    let denser = with(Some(0.995 * truth.volume)).unwrap();
+    assert_eq!(parameters(&denser).volume, 0.995 * truth.volume);
+    // K_T x 0.5 %, of 137 GPa: 0.69 GPa
+    let said = denser.fit.unwrap().notes.join(" ");
+    assert!(said.contains("the states have 0.6"), "{said}");
+    let why = with(Some(0.6 * truth.volume)).unwrap_err().to_string();
+    assert!(why.contains("reference_volume is 0.06708"), "{why}");
+}
+
 /// What states can't determine is refused, with the reason.
 #[test]
 fn refuses_with_a_reason() {
@@ -358,6 +385,7 @@ fn refuses_with_a_reason() {
     assert!(why.contains("pole of the Hugoniot"), "{why}");
     let weighted = Params { weights: Weights::Errors, ..params };
     assert!(fit(&weighted, &unweighted, &[], &Ctx::quiet()).unwrap_err().to_string().contains("no standard errors"));
-    let wild = Data::new(&[State { energy: f64::NAN, ..all[0].clone() }], &[], 300.0, Weights::Uniform).unwrap_err();
+    let wild =
+        Data::new(&[State { energy: f64::NAN, ..all[0].clone() }], &[], 300.0, None, Weights::Uniform).unwrap_err();
     assert!(matches!(wild, FitError(why) if why.contains("not finite")));
 }

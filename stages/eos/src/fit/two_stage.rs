@@ -15,6 +15,8 @@ pub(super) struct Fit {
     pub temperature: Minimum,
     /// The constraint g_e > 0 is active: the states would have it negative, and it is held at its bound.
     pub bounded: bool,
+    /// The states would have a so large that gamma falls below 1/3: it is held at its bound, which follows gamma0.
+    pub steepest: bool,
 }
 
 /// Rounds of the two fits: the first needs G0 for the electrons' small pressure, the second needs the cold curve.
@@ -29,12 +31,9 @@ pub(super) fn fit(data: &Data, start: &Parameters, rule: Rule, scan: bool) -> Re
     let mut p = start.clone();
     let rounds = if scan { ROUNDS } else { 1 };
     for round in 1..=rounds {
-        let first = [p.sound_speed, p.slope, p.gruneisen, p.gruneisen_slope];
         // The first round from a scan may start far off: every state is needed to find the way.
         let loss = if scan && round == 1 { Loss::Square } else { rule.loss };
-        let residuals = |x: &[f64]| pressure_residuals(&solids, &with_pressure(&p, x));
-        let bound = soft_bound(loss, residuals(&first));
-        let pressure = minimise(&first, solids.len(), |x| softened(residuals(x), bound));
+        let (pressure, steepest) = fit_pressure(&solids, &p, loss);
         settled(&pressure, "pressure of the solid states by C, S, gamma0, a")?;
         p = with_pressure(&p, &pressure.parameters);
         let second = if scan && round == 1 {
@@ -50,7 +49,7 @@ pub(super) fn fit(data: &Data, start: &Parameters, rule: Rule, scan: bool) -> Re
                 add_pressure_errors(data, &p, rule, &pressure, &mut temperature);
             }
             let gray = Gray::dense(p).map_err(|e| FitError(e.to_string()))?;
-            return Ok(Fit { gray, pressure, temperature, bounded });
+            return Ok(Fit { gray, pressure, temperature, bounded, steepest });
         }
     }
     unreachable!("the last round returns")
@@ -65,6 +64,28 @@ pub(super) fn start(data: &Data, params: &Params) -> Parameters {
     p.reference_temperature = params.reference_temperature.si();
     p.melting_entropy = params.melting_entropy;
     p
+}
+
+/// The first fit. Where it drives a to where gamma falls below 1/3, a is held there, a hair off, and the others fitted; it then has
+/// no error of its own.
+fn fit_pressure(solids: &[&Row], p: &Parameters, loss: Loss) -> (Minimum, bool) {
+    let first = [p.sound_speed, p.slope, p.gruneisen, p.gruneisen_slope];
+    let residuals = |x: &[f64]| pressure_residuals(solids, &with_pressure(p, x));
+    let cut = soft_bound(loss, residuals(&first));
+    let free = |x: &[f64]| softened(residuals(x), cut);
+    let found = minimise(&first, solids.len(), free);
+    let steepest = |x: &[f64]| with_pressure(p, &[x[0], x[1], x[2], 1.0]).steepest_gruneisen();
+    if found.parameters[3] < 0.999 * steepest(&found.parameters) {
+        return (found, false);
+    }
+    let with_bound = |x: &[f64]| [x, &[0.999 * steepest(x)]].concat();
+    let held = minimise(&found.parameters[..3], solids.len(), |x| free(&with_bound(x)));
+    // a ten-thousandth: small beside any error, and steps of it stay within the bound
+    let covariance = held.covariance.as_ref().map(|c| {
+        let rows = c.iter().map(|row| [&row[..], &[0.0]].concat());
+        rows.chain([vec![0.0, 0.0, 0.0, 1e-8]]).collect::<Vec<_>>()
+    });
+    (Minimum { parameters: with_bound(&held.parameters), covariance, ..held }, true)
 }
 
 /// The second fit. Where it drives g_e to zero (eq 34 active), g_e is held at its bound and Tm0 fitted alone; g_e's error is

@@ -95,6 +95,11 @@ impl Parameters {
         ((self.gruneisen - 1.0 / 3.0 - 0.05) / self.gruneisen_slope).min(0.95)
     }
 
+    /// The largest a that leaves the Grueneisen coefficient above 1/3 wherever the cold curve follows the Hugoniot.
+    pub fn steepest_gruneisen(&self) -> f64 {
+        (self.gruneisen - 1.0 / 3.0 - 0.05) / self.cap()
+    }
+
     /// Checks each parameter by itself and those that meet in a pole or a sign.
     pub(super) fn check(&self) -> Result<(), EosError> {
         for (parameter, value) in [
@@ -128,7 +133,7 @@ impl Parameters {
                  would then fall with pressure. At most {:.3} with gamma0 = {}",
                 self.gruneisen_slope,
                 self.cap(),
-                (self.gruneisen - 1.0 / 3.0 - 0.05) / self.cap(),
+                self.steepest_gruneisen(),
                 self.gruneisen
             );
             return wrong("gruneisen_slope", why);
