@@ -124,7 +124,10 @@ pub fn validate(params: &Params, inputs: &Inputs) -> Result<Validation, StageErr
 type Shot = (u8, f64, f64);
 
 /// Names of the sets, all shock states, and those of the compendium.
-fn measured(inputs: &Inputs) -> Result<(Vec<String>, Vec<Shot>, Vec<Shot>), StageError> {
+type Measured = (Vec<String>, Vec<Shot>, Vec<Shot>);
+
+/// Reads what was measured.
+fn measured(inputs: &Inputs) -> Result<Measured, StageError> {
     let (mut sets, mut measured, mut compendium) = (Vec::new(), Vec::new(), Vec::new());
     let text = |file: &File| file.text().map(str::to_string).map_err(StageError::physics);
     let numbered = |shots: Vec<Shot>, set: usize| shots.into_iter().map(move |(_, v, p)| (set as u8, v, p));
