@@ -164,6 +164,10 @@ fn place(port: &Port, schema: &mut Value, types: &mut Map<String, Value>) {
         place(port, &mut found, types);
         types.insert(name, found);
     }
+    // A table of tables, each under its name.
+    if let Some(each) = schema.get_mut("additionalProperties").filter(|each| each.is_object()) {
+        place(port, each, types);
+    }
     for choice in ["anyOf", "oneOf"] {
         let options = schema.get_mut(choice).and_then(Value::as_array_mut);
         options.into_iter().flatten().for_each(|option| place(port, option, types));

@@ -71,7 +71,7 @@ impl<const D: usize> Grid<D> {
     }
 
     /// Lays out the nodes around `particles` and puts each particle's cell slot into `slots`; all nodes are zero then. With `apart`
-    /// the two bodies get nodes of their own (and no mirror along the first axis).
+    /// the first body and all others get nodes of their own (and no mirror along the first axis).
     ///
     /// # Errors
     /// [`Lost`] for a particle whose position isn't finite or lies more than 5e8 cells away.
@@ -99,7 +99,7 @@ impl<const D: usize> Grid<D> {
                 key[d] = c as i32;
             }
             if apart {
-                key[0] += p.body as i32 * SECOND;
+                key[0] += p.body.min(1) as i32 * SECOND;
             }
             let slot = match last {
                 Some((k, slot)) if k == key => slot,

@@ -43,7 +43,7 @@ pub struct Method {
     pub transfer: Transfer,
     /// Order of the stress update.
     pub scheme: Scheme,
-    /// Coulomb friction between the two bodies, which may then slide and part; without it they stick where they meet.
+    /// Coulomb friction between the first body and all others, which may then slide and part; without it they stick where they meet.
     pub friction: Option<f64>,
     /// Coefficient of the heat conduction in compressing matter, see [`crate::conduction`]; 0: none.
     pub conduction: f64,

@@ -1,12 +1,16 @@
 //! Parameters of the stage `impact`, and their checks.
+use crate::bodies::{FreeBody, RearPlate};
+use crate::checks;
 use crate::kernel::Kernel;
 use crate::material::{self, Material};
 use crate::method::{self, Method, Scheme, Transfer};
 use crate::scene::{self, Layout};
+use crate::solid::Solid;
 use hvi_kit::Invalid;
-use hvi_kit::units::{Length, Time, Velocity};
+use hvi_kit::units::{Angle, Length, Time, Velocity};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// Parameters of an impact run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -16,8 +20,24 @@ pub struct Params {
     pub projectile: Projectile,
     /// The body at rest.
     pub plate: Plate,
-    /// Impact speed, normal to the plate; 10 m/s to 30 km/s.
+    /// Impact speed; 10 m/s to 30 km/s.
     pub velocity: Velocity,
+    /// Angle between the line of flight and the plate's normal, 0 to 80 deg, in the plane y = 0: `space` must be half or full.
+    /// Default: normal impact.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub angle: Option<Angle>,
+    /// Further plates behind the first, as of a Whipple shield, each under its name: `distance` from the front of the
+    /// first to its front, `thickness`, `material`, and if need be `width` (default: the first plate's) and `eos`.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub plates: BTreeMap<String, RearPlate>,
+    /// Further bodies, each under its name: `shape` (see Solid below), `material`, and if need be `velocity` (three,
+    /// along x, y and z; default: at rest) and `eos`. Coordinates: x along the plate's normal, 0 at its front, the
+    /// projectile at negative x; in (r, z) y is the radius and z is 0.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub bodies: BTreeMap<String, FreeBody>,
+    /// Places without matter, cut out of all bodies.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub voids: Vec<Solid>,
     /// Cells through the smaller of the plate's thickness and the projectile's size along the impact; at least 2, and
     /// below 5 with a warning.
     #[serde(default = "cells")]
@@ -29,7 +49,8 @@ pub struct Params {
     #[serde(default)]
     pub space: SpaceChoice,
     /// End of the run. Default: `3 (L + t) / v`, three times what the projectile's length L and the plate's thickness t
-    /// take at the impact speed, and at most `8 (L + t) / c` with the plate's longitudinal sound speed c.
+    /// (to the back of the last of several plates) take at the impact speed normal to the plate, and with one plate at most
+    /// `8 (L + t) / c` with its longitudinal sound speed c.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub end: Option<Time>,
     /// Times at which all particles are kept; the end is always among them.
@@ -47,8 +68,8 @@ pub struct Params {
     /// When stress is brought up to date.
     #[serde(default)]
     pub scheme: Scheme,
-    /// Coefficient of friction, 0 to 10, between projectile and plate, which may then slide and part. Default: they stick where they
-    /// meet, and part only by spall and damage.
+    /// Coefficient of friction, 0 to 10, between projectile and all else, which may then slide and part. Default: bodies stick
+    /// where they meet, and part only by spall and damage.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub friction: Option<f64>,
     /// Coefficient of artificial heat conduction in shocks, 0 to 100; 0: none.
@@ -57,12 +78,12 @@ pub struct Params {
     /// Johnson-Cook strength; without it matter is a fluid.
     #[serde(default = "yes")]
     pub strength: bool,
-    /// Johnson-Cook damage.
-    #[serde(default = "yes")]
-    pub damage: bool,
-    /// Tension cut-off with void opening.
-    #[serde(default = "yes")]
-    pub spall: bool,
+    /// Johnson-Cook damage. Default: of the materials that have constants for it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub damage: Option<bool>,
+    /// Tension cut-off with void opening. Default: of the materials that have a spall strength.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spall: Option<bool>,
 }
 
 fn cells() -> u32 {
@@ -165,6 +186,11 @@ fn fits(count: f64) -> bool {
 }
 
 impl Params {
+    /// Angle of the line of flight to the plate's normal [rad].
+    pub fn tilt(&self) -> f64 {
+        self.angle.map_or(0.0, Angle::si)
+    }
+
     /// Checks everything that can be known before the run.
     ///
     /// # Errors
@@ -172,12 +198,8 @@ impl Params {
     pub fn check(&self) -> Result<(), Invalid> {
         self.check_shape()?;
         self.check_method()?;
-        for (body, material) in [("projectile", &self.projectile.material), ("plate", &self.plate.material)] {
-            if let Some((key, why)) = material.fault() {
-                return Err(Invalid::new(&format!("{body}.material.{key}"), why));
-            }
-        }
         let layout = Layout::of(self);
+        checks::bodies(self, &layout)?;
         for t in &self.times {
             if !(t.si() > 0.0 && t.si() <= layout.end) {
                 let why =
@@ -193,7 +215,7 @@ impl Params {
         }
         let count = scene::count(self, &layout);
         if fits(count) {
-            return Ok(());
+            return checks::places(self, &layout);
         }
         let why = format!(
             "gives {count:.3e} particles (cells of {:.3e} m), at most {MOST_PARTICLES:.0e} fit: use fewer cells, a smaller \
@@ -215,6 +237,10 @@ impl Params {
             "plate.width"
         } else if self.plate.width.is_none() && self.end.is_some() && without(|p| p.end = None) {
             "end"
+        } else if without(|p| p.plates.clear()) {
+            "plates"
+        } else if without(|p| p.bodies.clear()) {
+            "bodies"
         } else if without(|p| p.cells = 2) {
             "cells"
         } else if self.plate.thickness.si() <= self.projectile.size() {

@@ -1,5 +1,6 @@
 //! The stage `impact`.
-use crate::material::{Law, Material, Switches};
+use crate::bodies::{Piece, pieces};
+use crate::material::{Law, Switches};
 use crate::params::{Params, SpaceChoice};
 use crate::result::{Body, Impact, Ledger, Snapshot};
 use crate::scene::{self, Layout};
@@ -12,17 +13,18 @@ use serde::{Deserialize, Serialize};
 hvi_kit::inputs! {
     /// Fitted equations of state, where a body names one.
     pub struct ImpactInputs {
-        /// Keys `projectile.eos` and `plate.eos`, each optional: without it the material's own holds.
+        /// Keys `projectile.eos`, `plate.eos`, `plates.NAME.eos`, `bodies.NAME.eos`, each optional: without it the material's own holds.
         eos: Places<EosResult>,
     }
 }
 
-/// A normal hypervelocity impact by the material point method.
+/// A hypervelocity impact by the material point method.
 pub struct ImpactStage;
 
 impl Stage for ImpactStage {
     const NAME: &'static str = "impact";
-    const SUMMARY: &'static str = "normal impact of a projectile on a plate, by the material point method";
+    const SUMMARY: &'static str =
+        "impact of a projectile on plates and other bodies, normal or oblique, by the material point method";
     type Params = Params;
     type Inputs = ImpactInputs;
     type Output = Impact;
@@ -85,18 +87,19 @@ struct Progress<const D: usize> {
 
 fn run<const D: usize>(params: &Params, inputs: ImpactInputs, ctx: &Ctx<'_>) -> Result<Impact, StageError> {
     let layout = Layout::of(params);
-    let eos = equations_of_state(params, inputs);
-    let densities = [0, 1].map(|b: usize| 1.0 / eos[b].reference_volume());
-    let setting = setting::<D>(params, &layout, eos);
+    let pieces = pieces(params, &layout);
+    let eos = equations_of_state(&pieces, inputs);
+    let densities: Vec<f64> = eos.iter().map(|eos| 1.0 / eos.reference_volume()).collect();
+    let setting = setting::<D>(params, &layout, &pieces, eos);
     let entry = |state: &State<D>, start: Option<&Ledger>| ledger::entry(state, &setting, layout.multiple, start);
     let mut run: Progress<D> = ctx.resume().unwrap_or_else(|| {
-        let state = State::new(scene::particles::<D>(params, &layout, densities), &setting);
-        let bodies = bodies(params, &state, layout.multiple, densities);
+        let state = State::new(scene::particles::<D>(params, &layout, &densities), &setting);
+        let bodies = bodies(&pieces, &state, layout.multiple, &densities);
         Progress { entries: vec![entry(&state, None)], bodies, state, snapshots: Vec::new(), next_entry: 1 }
     });
     for until in output_times(params, layout.end).split_off(run.snapshots.len()) {
         while run.state.time < until {
-            run.state.step(&setting, until).map_err(|stop| failure(&stop, &run.state, &setting))?;
+            run.state.step(&setting, until).map_err(|stop| failure(&stop, &run.state, &setting, &run.bodies))?;
             if run.state.time >= layout.end * run.next_entry as f64 / ENTRIES as f64 || run.state.time >= until {
                 run.next_entry = 1 + (ENTRIES as f64 * run.state.time / layout.end) as usize;
                 run.entries.push(entry(&run.state, Some(&run.entries[0])));
@@ -127,32 +130,38 @@ fn run<const D: usize>(params: &Params, inputs: ImpactInputs, ctx: &Ctx<'_>) -> 
 }
 
 /// The fitted equation of state of each body, or its material's own.
-fn equations_of_state(params: &Params, inputs: ImpactInputs) -> [Eos; 2] {
+fn equations_of_state(pieces: &[Piece<'_>], inputs: ImpactInputs) -> Vec<Eos> {
     let mut plugged = inputs.eos.0;
-    [("projectile.eos", &params.projectile.material), ("plate.eos", &params.plate.material)]
-        .map(|(key, material)| plugged.remove(key).map_or_else(|| material.eos.clone(), |result| result.eos))
+    let own = |piece: &Piece<'_>| plugged.remove(&format!("{}.eos", piece.key)).map(|result| result.eos);
+    pieces.iter().map(own).zip(pieces).map(|(eos, piece)| eos.unwrap_or_else(|| piece.material.eos.clone())).collect()
 }
 
-fn setting<const D: usize>(params: &Params, layout: &Layout, eos: [Eos; 2]) -> Setting<D> {
-    let switches = Switches { strength: params.strength, damage: params.damage, spall: params.spall };
-    let materials: [&Material; 2] = [&params.projectile.material, &params.plate.material];
+fn setting<const D: usize>(params: &Params, layout: &Layout, pieces: &[Piece<'_>], eos: Vec<Eos>) -> Setting<D> {
+    let switches = Switches {
+        strength: params.strength,
+        damage: params.damage.unwrap_or(true),
+        spall: params.spall.unwrap_or(true),
+    };
     let all = scene::mirrors(params.space);
-    let laws = eos.into_iter().zip(materials).map(|(eos, material)| Law::new(material, eos, switches)).collect();
+    let laws = eos.into_iter().zip(pieces).map(|(eos, piece)| Law::new(piece.material, eos, switches)).collect();
     let mut setting = Setting::new(layout.cell, laws);
     setting.axisymmetric = params.space == SpaceChoice::Axisymmetric;
     setting.mirrors = std::array::from_fn(|d| all[d]);
+    setting.has_gaps = pieces.len() > 2;
     (setting.cfl, setting.method) = (params.cfl, params.method());
     setting
 }
 
-fn bodies<const D: usize>(params: &Params, state: &State<D>, multiple: f64, densities: [f64; 2]) -> Vec<Body> {
-    [("projectile", &params.projectile.material), ("plate", &params.plate.material)]
+fn bodies<const D: usize>(pieces: &[Piece<'_>], state: &State<D>, multiple: f64, densities: &[f64]) -> Vec<Body> {
+    let mass =
+        |b: usize| multiple * state.particles.iter().filter(|p| p.body as usize == b).map(|p| p.mass).sum::<f64>();
+    pieces
         .iter()
         .enumerate()
-        .map(|(b, (name, material))| Body {
-            name: (*name).into(),
-            material: material.name.clone(),
-            mass: multiple * state.particles.iter().filter(|p| p.body as usize == b).map(|p| p.mass).sum::<f64>(),
+        .map(|(b, piece)| Body {
+            name: piece.name.into(),
+            material: piece.material.name.clone(),
+            mass: mass(b),
             density: densities[b],
         })
         .collect()
@@ -181,7 +190,7 @@ fn check_drift(entry: &Ledger) -> Result<(), StageError> {
 }
 
 /// Says where and what, and what to do.
-fn failure<const D: usize>(stop: &Stop, state: &State<D>, setting: &Setting<D>) -> StageError {
+fn failure<const D: usize>(stop: &Stop, state: &State<D>, setting: &Setting<D>, bodies: &[Body]) -> StageError {
     let (i, what) = match *stop {
         Stop::Lost(i) => (i, "its position is not within 5e8 cells of the origin".to_string()),
         Stop::NotFinite(i) => {
@@ -205,7 +214,7 @@ fn failure<const D: usize>(stop: &Stop, state: &State<D>, setting: &Setting<D>) 
         state.steps,
         state.time * 1e6,
         p.id,
-        if p.body == 0 { "projectile" } else { "plate" },
+        bodies[p.body as usize].name,
         p.position.map(|x| x * 1e3),
         p.velocity,
         p.ratio,

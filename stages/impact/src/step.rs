@@ -26,6 +26,8 @@ pub struct Setting<const D: usize> {
     pub cfl: f64,
     /// Variant of the method.
     pub method: Method,
+    /// Bodies meet in the course of the run: no particle may go further than `cfl` cells in a step.
+    pub has_gaps: bool,
     /// Number of the material of each body: bodies of the same law share one.
     materials: Vec<usize>,
 }
@@ -34,7 +36,16 @@ impl<const D: usize> Setting<D> {
     /// Flat space without mirrors, the default method at Courant number .5.
     pub fn new(cell: f64, laws: Vec<Law>) -> Self {
         let materials = laws.iter().map(|law| laws.iter().position(|l| l == law).expect("itself")).collect();
-        Setting { cell, axisymmetric: false, mirrors: [false; D], laws, cfl: 0.5, method: Method::default(), materials }
+        Setting {
+            cell,
+            axisymmetric: false,
+            mirrors: [false; D],
+            laws,
+            cfl: 0.5,
+            method: Method::default(),
+            has_gaps: false,
+            materials,
+        }
     }
 
     /// Material of body `body`: the first body with the same law.
@@ -185,7 +196,7 @@ impl<const D: usize> State<D> {
     }
 
     /// Step 0: `dt = CFL dx / max(Q + sqrt(Q^2 + c^2))`, growing slowly; in the first steps, where the divergence at the
-    /// contact isn't known yet, the impact speed stands in for it.
+    /// contact isn't known yet, the impact speed stands in for it. Where bodies meet later, speed bounds the signal from below.
     fn choose_dt(&mut self, setting: &Setting<D>, until: f64) -> Result<f64, Stop> {
         let (mut signal, mut speed2, mut fastest) = (0.0, 0.0f64, 0);
         for (i, p) in self.particles.iter().enumerate() {
@@ -193,11 +204,15 @@ impl<const D: usize> State<D> {
             if s > signal && !p.alone {
                 (signal, fastest) = (s, i);
             }
-            if self.steps < 3 {
+            if self.steps < 3 || setting.has_gaps {
                 speed2 = speed2.max(p.velocity.iter().map(|v| v * v).sum());
             }
         }
-        signal += Law::CONTACT * speed2.sqrt();
+        if self.steps < 3 {
+            signal += Law::CONTACT * speed2.sqrt();
+        } else {
+            signal = signal.max(speed2.sqrt());
+        }
         self.dt = (setting.cfl * setting.cell / signal).min(GROWTH * self.dt);
         if self.steps == 0 {
             self.first_dt = self.dt;

@@ -91,7 +91,7 @@ pub fn leaving_rows() -> Vec<Row> {
 fn scene(space: &str, cells: u32) -> (State<3>, Setting<3>, Vec<[f64; 3]>) {
     let params: Params = serde_json::from_value(s1(space, cells, "2.5 us")).expect("parameters");
     let layout = Layout::of(&params);
-    let all = particles::<3>(&params, &layout, [2703.0; 2]);
+    let all = particles::<3>(&params, &layout, &[2703.0; 2]);
     let start = all.iter().map(|p| p.position).collect();
     let aluminium = material(aluminium());
     let law = Law::new(&aluminium, aluminium.eos.clone(), Switches { strength: true, damage: true, spall: true });
