@@ -17,7 +17,6 @@ mod machine;
 mod times;
 mod worker;
 use coordinator::Coordinator;
-pub use graph::needs;
 pub use machine::total_memory;
 pub use worker::WORKER;
 use worker::{Came, Job};

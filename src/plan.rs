@@ -77,7 +77,7 @@ impl Plan {
         let name = &self.steps[node.step].name;
         if node.point.is_empty() { name.clone() } else { format!("{name}[{}]", node.point) }
     }
-    /// Ids of the nodes that `id` needs.
+    /// Ids of the nodes that `id` needs, one that is named twice twice.
     pub fn needs(&self, id: NodeId) -> impl Iterator<Item = NodeId> {
         self.nodes[id].inputs.values().flat_map(|input| match input {
             Input::One(n) => std::slice::from_ref(n).iter().copied(),

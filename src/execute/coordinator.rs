@@ -1,5 +1,5 @@
 //! The state of a run: which nodes wait, which are at work, what came of each. One thread owns it; it never blocks.
-use super::graph::{self, Graph};
+use super::graph::Graph;
 use super::machine::{Machine, Share, Waiting};
 use super::times::Times;
 use super::worker::{Came, Job};
@@ -161,7 +161,7 @@ impl<'a> Coordinator<'a> {
     /// Why `id` can't run: something it needs has no result.
     fn blocked(&self, id: NodeId) -> Option<Outcome> {
         let without = |n: &NodeId| self.outcomes[*n].as_ref().is_none_or(|o| o.entry().is_none());
-        let need = graph::needs(self.plan, id).find(without)?;
+        let need = self.plan.needs(id).find(without)?;
         Some(match &self.outcomes[need] {
             Some(Outcome::Cancelled) | None => Outcome::Cancelled,
             Some(Outcome::Skipped(why)) => Outcome::Skipped(why.clone()),
@@ -326,7 +326,7 @@ impl<'a> Coordinator<'a> {
             matches!(&self.outcomes[*need], Some(Outcome::Hit(entry)) if entry.output == digest)
                 || self.lost.contains_key(need)
         };
-        let Some(need) = graph::needs(self.plan, id).find(made_it) else {
+        let Some(need) = self.plan.needs(id).find(made_it) else {
             self.fail(id, format!("its input {} was lost in the store, again", digest.short()));
             return;
         };

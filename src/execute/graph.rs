@@ -1,5 +1,5 @@
 //! Who needs whom, and how many needs of each node are still open.
-use crate::plan::{Input, NodeId, Plan};
+use crate::plan::{NodeId, Plan};
 
 /// The needs of a plan's nodes, turned round.
 pub struct Graph {
@@ -64,19 +64,10 @@ impl Graph {
     }
 }
 
-/// Ids of the nodes that `id` needs, one that is named twice twice.
-pub fn needs(plan: &Plan, id: NodeId) -> impl Iterator<Item = NodeId> {
-    plan.nodes[id].inputs.values().flat_map(|input| match input {
-        Input::One(need) => std::slice::from_ref(need).iter().copied(),
-        Input::Many(needs) => needs.iter().copied(),
-        Input::File(_) => [].iter().copied(),
-    })
-}
-
 fn each_edge(plan: &Plan, mut edge: impl FnMut(NodeId, NodeId)) {
     let mut last_seen_by = vec![usize::MAX; plan.nodes.len()];
     for node in 0..plan.nodes.len() {
-        for need in needs(plan, node) {
+        for need in plan.needs(node) {
             if std::mem::replace(&mut last_seen_by[need], node) != node {
                 edge(need, node);
             }
