@@ -1,5 +1,7 @@
-//! Tables and figures of an equation of state; `curves.rs` of its curves, `surface.rs` Fig 4.
+//! Tables and figures of an equation of state; `curves.rs` of its curves, `overheating.rs` of the states beside melting,
+//! `surface.rs` Fig 4.
 pub(crate) mod curves;
+mod overheating;
 mod surface;
 use crate::fit::{FitReport, Residual};
 use crate::handbook::{COPPER_MOLAR_MASS, Set};
@@ -26,6 +28,9 @@ pub(crate) fn views(result: &EosResult) -> Vec<View> {
     }
     views.push(View::Figure(compression(&result.eos)));
     if let Eos::Gray(gray) = &result.eos {
+        if let Some(fit) = &result.fit {
+            views.push(View::Figure(overheating::figure(fit, gray)));
+        }
         views.push(View::Figure(melting(gray, result)));
     }
     views

@@ -305,7 +305,18 @@ fn resampling_agrees_with_the_covariance() {
     assert_eq!(fit(&params, &made, &[], &Ctx::quiet()).unwrap(), result);
     assert_eq!(EosResult::decode(&result.encode()).unwrap(), result);
     let views = result.views();
-    assert_eq!(views.len(), 9);
+    assert_eq!(views.len(), 10);
+    let isochores = views.iter().find_map(|v| match v {
+        View::Figure(f) if f.title == "Isochores and overheating" => Some(f),
+        _ => None,
+    });
+    let marks = |label: &str| -> usize {
+        let of = |f: &hvi_kit::view::Figure| {
+            f.series.iter().filter(|s| s.label.ends_with(label)).map(|s| s.points.len()).sum()
+        };
+        isochores.map_or(0, of)
+    };
+    assert!(marks(", solid") > 20 && marks(", liquid") > 20, "{} {}", marks(", solid"), marks(", liquid"));
     for view in &views {
         if let View::Table(table) = view {
             assert!(
