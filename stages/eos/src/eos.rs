@@ -121,6 +121,7 @@ impl Eos {
         }
         for i in 0..volume.len() {
             out.set(i, self.point(volume[i], energy[i]));
+            out.melting[i] = self.melting_temperature(volume[i]).unwrap_or(f64::INFINITY);
         }
     }
     /// Energy [J/kg] at specific `volume` [m3/kg] and `temperature` [K].

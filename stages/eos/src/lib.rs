@@ -1,6 +1,6 @@
 //! Equations of state: pressure, temperature, sound speed and phase from volume and energy; and their fit.
 //!
-//! `eos.rs` the one interface, `points.rs` its answers for many states, `lanes/` eight numbers side by side; `model/` one file a
+//! `eos.rs` the one interface, `points.rs` its answers for many states; `model/` one file a
 //! model; `curve.rs` Hugoniot and release; `landmarks.rs` melting in numbers; `handbook.rs` published parameters (stage
 //! `eos.handbook`), `definition.rs` as people write them; `curves/` what to look at (stage `eos.curves`); `tabulate.rs` tables (stages `eos.table`, `eos.sesame`); `fit/` GRAY from states (stage `eos.gray`);
 //! `result.rs` what they pass on; `show.rs` how it looks.
@@ -13,14 +13,14 @@ mod eos;
 pub mod fit;
 pub mod handbook;
 pub mod landmarks;
-mod lanes;
 pub mod model;
 mod points;
 mod result;
 mod show;
 pub mod tabulate;
 pub use eos::{Eos, EosError, Phase, Point};
-pub use lanes::Instructions;
+use hvi_kit::lanes;
+pub use hvi_kit::lanes::Instructions;
 pub use model::gray::Gray;
 pub use model::ideal_gas::IdealGas;
 pub use model::mie_gruneisen::MieGruneisen;

@@ -1,7 +1,8 @@
 //! Answers for many states, one array a quantity.
 use crate::{Phase, Point};
 
-/// What [`crate::Eos::evaluate`] fills: arrays of one length, entry i for state i. The units are those of [`Point`].
+/// What [`crate::Eos::evaluate`] fills: arrays of one length, entry i for state i. The units are those of [`Point`];
+/// `melting` is the melting temperature [K] at the state's volume, infinite where the model knows no melting.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[expect(missing_docs, reason = "they are the fields of `Point`")]
 pub struct Points {
@@ -10,12 +11,14 @@ pub struct Points {
     pub sound_speed: Vec<f64>,
     pub phase: Vec<Phase>,
     pub liquid: Vec<f64>,
+    pub melting: Vec<f64>,
 }
 
 impl Points {
     /// Makes room for `n` states; what was there is left as it is.
     pub fn resize(&mut self, n: usize) {
-        for array in [&mut self.pressure, &mut self.temperature, &mut self.sound_speed, &mut self.liquid] {
+        let Points { pressure, temperature, sound_speed, liquid, melting, .. } = self;
+        for array in [pressure, temperature, sound_speed, liquid, melting] {
             array.resize(n, 0.0);
         }
         self.phase.resize(n, Phase::Solid);

@@ -2,10 +2,11 @@
 //!
 //! `stage.rs` the trait; `port.rs` inputs; `artifact.rs` outputs; `ctx.rs` the world outside; `engine.rs` programs
 //! outside; `units.rs` quantities;
-//! `view.rs` tables, figures and pictures; `math.rs` small numerics shared by stages.
+//! `view.rs` tables, figures and pictures; `math.rs` small numerics shared by stages; `lanes/` eight numbers side by side.
 mod artifact;
 mod ctx;
 pub mod engine;
+pub mod lanes;
 pub mod math;
 mod port;
 mod stage;

@@ -102,6 +102,7 @@ impl Work for Batch<'_> {
     #[inline(always)]
     fn run<R: Eight>(self) {
         let k = &self.gray.constants;
+        let melting_at_join = self.gray.local(k.join).tm;
         let mut queues = [const { Queue::EMPTY }; 5];
         let mut start = 0;
         while start < self.volume.len() {
@@ -115,10 +116,13 @@ impl Work for Batch<'_> {
                 if u > k.join {
                     queues[4].push(place, volume, energy, &[]);
                     self.out.phase[place] = Phase::Vapour;
+                    self.out.melting[place] = melting_at_join;
                     continue;
                 }
                 let row = self.gray.functions.at::<R>(u);
-                let regime = Local::at(k, u, row).regime_of(k, energy);
+                let local = Local::at(k, u, row);
+                let regime = local.regime_of(k, energy);
+                self.out.melting[place] = local.tm;
                 self.out.phase[place] = regime.phase();
                 let kept = if regime == Regime::Melting { 8 } else { 5 };
                 queues[regime as usize].push(place, u, energy, &row[..kept]);

@@ -9,7 +9,7 @@ struct Pair(__m256d, __m256d);
 
 /// Does `work`; only [`super::Instructions::run`] calls it, with a set that was detected.
 pub(super) fn run(work: impl Work) {
-    #[target_feature(enable = "avx2")]
+    #[target_feature(enable = "avx2,fma")]
     fn compiled(work: impl Work) {
         work.run::<Pair>();
     }
@@ -37,6 +37,31 @@ macro_rules! each {
 }
 each!(Add add _mm256_add_pd, Sub sub _mm256_sub_pd, Mul mul _mm256_mul_pd, Div div _mm256_div_pd);
 
+/// 2^52: a whole number below it lies in the low bits of its sum with this.
+const WHOLE: f64 = 4503599627370496.0;
+
+/// Exponents of normal positive numbers, as numbers.
+#[inline(always)]
+fn exponent(x: __m256d) -> __m256d {
+    let biased = avx!(_mm256_srli_epi64::<52>(_mm256_castpd_si256(x)));
+    let whole = avx!(_mm256_or_pd(_mm256_castsi256_pd(biased), _mm256_set1_pd(WHOLE)));
+    avx!(_mm256_sub_pd(whole, _mm256_set1_pd(WHOLE + 1023.0)))
+}
+
+/// The same numbers with exponent 0.
+#[inline(always)]
+fn mantissa(x: __m256d) -> __m256d {
+    let kept = avx!(_mm256_and_pd(x, _mm256_castsi256_pd(_mm256_set1_epi64x(0x000f_ffff_ffff_ffff))));
+    avx!(_mm256_or_pd(kept, _mm256_set1_pd(1.0)))
+}
+
+/// 2^k for whole k from -1022 to 1023.
+#[inline(always)]
+fn power(k: __m256d) -> __m256d {
+    let whole = avx!(_mm256_castpd_si256(_mm256_add_pd(k, _mm256_set1_pd(WHOLE + 1023.0))));
+    avx!(_mm256_castsi256_pd(_mm256_slli_epi64::<52>(whole)))
+}
+
 impl Real for Pair {
     #[inline(always)]
     fn of(x: f64) -> Pair {
@@ -46,6 +71,27 @@ impl Real for Pair {
     #[inline(always)]
     fn root(self) -> Pair {
         Pair(avx!(_mm256_sqrt_pd(self.0)), avx!(_mm256_sqrt_pd(self.1)))
+    }
+    #[inline(always)]
+    fn fused(self, factor: Pair, addend: Pair) -> Pair {
+        let low = avx!(_mm256_fmadd_pd(self.0, factor.0, addend.0));
+        Pair(low, avx!(_mm256_fmadd_pd(self.1, factor.1, addend.1)))
+    }
+    #[inline(always)]
+    fn floor(self) -> Pair {
+        Pair(avx!(_mm256_floor_pd(self.0)), avx!(_mm256_floor_pd(self.1)))
+    }
+    #[inline(always)]
+    fn exponent(self) -> Pair {
+        Pair(exponent(self.0), exponent(self.1))
+    }
+    #[inline(always)]
+    fn mantissa(self) -> Pair {
+        Pair(mantissa(self.0), mantissa(self.1))
+    }
+    #[inline(always)]
+    fn scale(self, exponent: Pair) -> Pair {
+        Pair(avx!(_mm256_mul_pd(self.0, power(exponent.0))), avx!(_mm256_mul_pd(self.1, power(exponent.1))))
     }
     #[inline(always)]
     fn where_less(self, a: Pair, b: Pair, other: Pair) -> Pair {
@@ -74,5 +120,19 @@ impl Eight for Pair {
             _mm256_storeu_pd(to.as_mut_ptr(), self.0);
             _mm256_storeu_pd(to.as_mut_ptr().add(4), self.1);
         }
+    }
+    #[inline(always)]
+    fn quads(low: &[f64; 4], high: &[f64; 4]) -> Pair {
+        Pair(avx!(_mm256_loadu_pd(low.as_ptr())), avx!(_mm256_loadu_pd(high.as_ptr())))
+    }
+    #[inline(always)]
+    fn halves(low: f64, high: f64) -> Pair {
+        Pair(avx!(_mm256_set1_pd(low)), avx!(_mm256_set1_pd(high)))
+    }
+    #[inline(always)]
+    fn folded(self) -> [f64; 4] {
+        let mut quad = [0.0; 4];
+        avx!(_mm256_storeu_pd(quad.as_mut_ptr(), _mm256_add_pd(self.0, self.1)));
+        quad
     }
 }

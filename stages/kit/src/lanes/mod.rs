@@ -1,22 +1,33 @@
 //! Formulas written once, for one number or for eight: on AVX-512, AVX2 or plain arrays, chosen at run time, the same bits.
 //!
-//! Every operation is one IEEE operation on each lane and nothing is fused, so a lane's result is the scalar's.
+//! Every operation is one IEEE operation on each lane, and products and sums are fused only where [`Real::fused`] says so: a lane's
+//! result is the scalar's. `functions.rs` has exponential, logarithm and power.
 #[cfg(target_arch = "x86_64")]
 mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
+mod functions;
 mod portable;
-pub(crate) use portable::Plain;
+pub use functions::{exp, log, pow};
+pub use portable::Plain;
 use std::ops::{Add, Div, Mul, Sub};
 
 /// A number, or several side by side.
-pub(crate) trait Real:
-    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
-{
+pub trait Real: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> {
     /// `x`, in every lane.
     fn of(x: f64) -> Self;
     /// Square root.
     fn root(self) -> Self;
+    /// `self factor + addend`, rounded once.
+    fn fused(self, factor: Self, addend: Self) -> Self;
+    /// Greatest whole number not above.
+    fn floor(self) -> Self;
+    /// Exponent k of `m 2^k`, m from 1 to 2, of a normal positive number.
+    fn exponent(self) -> Self;
+    /// m of the same.
+    fn mantissa(self) -> Self;
+    /// `self` times 2 to a whole power from -1022 to 1023; the result a normal number.
+    fn scale(self, exponent: Self) -> Self;
     /// `self` where `a < b`, else `other`.
     fn where_less(self, a: Self, b: Self, other: Self) -> Self;
     /// Whether `self < other` in any lane.
@@ -32,6 +43,21 @@ pub(crate) trait Real:
     fn at_most(self, bound: f64) -> Self {
         self.where_less(self, Self::of(bound), Self::of(bound))
     }
+    /// The greater of both; `other` where `self` is NaN.
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        self.where_less(other, self, other)
+    }
+    /// The lesser of both; `other` where `self` is NaN.
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        self.where_less(self, other, other)
+    }
+    /// Absolute value.
+    #[inline(always)]
+    fn size(self) -> Self {
+        self.max(Self::of(0.0) - self)
+    }
     /// `self + x`.
     #[inline(always)]
     fn plus(self, x: f64) -> Self {
@@ -45,11 +71,37 @@ pub(crate) trait Real:
 }
 
 /// Eight numbers side by side.
-pub(crate) trait Eight: Real {
+pub trait Eight: Real {
     /// From memory.
     fn load(from: &[f64; 8]) -> Self;
     /// To memory.
     fn store(self, to: &mut [f64; 8]);
+    /// Four numbers and four others.
+    fn quads(low: &[f64; 4], high: &[f64; 4]) -> Self;
+    /// Four times `low`, then four times `high`.
+    fn halves(low: f64, high: f64) -> Self;
+    /// The first four plus the last four.
+    fn folded(self) -> [f64; 4];
+
+    /// All lanes added up: `((0 + 4) + (2 + 6)) + ((1 + 5) + (3 + 7))`.
+    #[inline(always)]
+    fn sum(self) -> f64 {
+        let quad = self.folded();
+        (quad[0] + quad[2]) + (quad[1] + quad[3])
+    }
+    /// The greatest of all lanes; NaNs are passed over.
+    #[inline(always)]
+    fn greatest(self) -> f64 {
+        let mut all = [0.0; 8];
+        self.store(&mut all);
+        let mut greatest = f64::NEG_INFINITY;
+        for x in all {
+            if x > greatest {
+                greatest = x;
+            }
+        }
+        greatest
+    }
 }
 
 impl Real for f64 {
@@ -62,6 +114,26 @@ impl Real for f64 {
         self.sqrt()
     }
     #[inline(always)]
+    fn fused(self, factor: f64, addend: f64) -> f64 {
+        self.mul_add(factor, addend)
+    }
+    #[inline(always)]
+    fn floor(self) -> f64 {
+        f64::floor(self)
+    }
+    #[inline(always)]
+    fn exponent(self) -> f64 {
+        (self.to_bits() >> 52 & 0x7ff) as f64 - 1023.0
+    }
+    #[inline(always)]
+    fn mantissa(self) -> f64 {
+        f64::from_bits(self.to_bits() & 0x000f_ffff_ffff_ffff | 0x3ff0_0000_0000_0000)
+    }
+    #[inline(always)]
+    fn scale(self, exponent: f64) -> f64 {
+        self * f64::from_bits(((exponent as i64 + 1023) as u64) << 52)
+    }
+    #[inline(always)]
     fn where_less(self, a: f64, b: f64, other: f64) -> f64 {
         if a < b { self } else { other }
     }
@@ -72,7 +144,7 @@ impl Real for f64 {
 }
 
 /// A piece of work on eight lanes. `run` and everything it calls must be `#[inline(always)]`, to be compiled for the processor.
-pub(crate) trait Work {
+pub trait Work {
     /// Does it.
     fn run<R: Eight>(self);
 }
@@ -90,16 +162,21 @@ enum Set {
     Plain,
 }
 
+#[cfg(target_arch = "x86_64")]
+fn has_avx2() -> bool {
+    is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma")
+}
+
 impl Instructions {
     /// All that this processor has, the fastest first.
     pub fn all() -> Vec<Instructions> {
         let mut all = Vec::new();
         #[cfg(target_arch = "x86_64")]
         {
-            if is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx2") {
+            if is_x86_feature_detected!("avx512f") && has_avx2() {
                 all.push(Instructions(Set::Avx512));
             }
-            if is_x86_feature_detected!("avx2") {
+            if has_avx2() {
                 all.push(Instructions(Set::Avx2));
             }
         }
@@ -110,10 +187,10 @@ impl Instructions {
     pub fn best() -> Instructions {
         #[cfg(target_arch = "x86_64")]
         {
-            if is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx2") {
+            if is_x86_feature_detected!("avx512f") && has_avx2() {
                 return Instructions(Set::Avx512);
             }
-            if is_x86_feature_detected!("avx2") {
+            if has_avx2() {
                 return Instructions(Set::Avx2);
             }
         }
@@ -130,7 +207,7 @@ impl Instructions {
         }
     }
     /// Does `work` with it.
-    pub(crate) fn run(self, work: impl Work) {
+    pub fn run(self, work: impl Work) {
         match self.0 {
             #[cfg(target_arch = "x86_64")]
             Set::Avx512 => avx512::run(work),
@@ -160,6 +237,20 @@ mod tests {
                 a.at_least(0.5),
                 a.at_most(0.5),
                 a.times(0.1).plus(7.0),
+                a.fused(b, R::of(0.3)),
+                a.floor(),
+                a.max(b),
+                a.min(b),
+                a.size(),
+                b.size().at_least(1e-300).at_most(1e300).exponent(),
+                b.size().at_least(1e-300).at_most(1e300).mantissa(),
+                R::of(1.7).scale(a.at_least(-900.0).at_most(900.0).floor()),
+                R::quads(&[1.0, 2.0, 3.0, 4.0], &[5.0, 6.0, 7.0, 8.0]) * R::halves(0.1, 0.2),
+                R::of(a.at_most(3.0).sum()),
+                R::of(a.greatest()),
+                exp(a.at_most(3.0)),
+                log(b.size().at_least(1e-300).at_most(1e300)),
+                pow(b.size().at_least(1e-300).at_most(1e10), 0.3),
             ];
             for r in all {
                 let mut out = [0.0; 8];

@@ -4,7 +4,7 @@ use std::ops::{Add, Div, Mul, Sub};
 
 /// Eight numbers.
 #[derive(Clone, Copy)]
-pub(crate) struct Plain([f64; 8]);
+pub struct Plain([f64; 8]);
 
 macro_rules! each {
     ($($trait:ident $method:ident $op:tt),*) => { $(
@@ -29,6 +29,26 @@ impl Real for Plain {
         Plain(self.0.map(f64::sqrt))
     }
     #[inline(always)]
+    fn fused(self, factor: Plain, addend: Plain) -> Plain {
+        Plain(std::array::from_fn(|k| self.0[k].mul_add(factor.0[k], addend.0[k])))
+    }
+    #[inline(always)]
+    fn floor(self) -> Plain {
+        Plain(self.0.map(f64::floor))
+    }
+    #[inline(always)]
+    fn exponent(self) -> Plain {
+        Plain(self.0.map(Real::exponent))
+    }
+    #[inline(always)]
+    fn mantissa(self) -> Plain {
+        Plain(self.0.map(Real::mantissa))
+    }
+    #[inline(always)]
+    fn scale(self, exponent: Plain) -> Plain {
+        Plain(std::array::from_fn(|k| self.0[k].scale(exponent.0[k])))
+    }
+    #[inline(always)]
     fn where_less(self, a: Plain, b: Plain, other: Plain) -> Plain {
         Plain(std::array::from_fn(|k| if a.0[k] < b.0[k] { self.0[k] } else { other.0[k] }))
     }
@@ -46,5 +66,17 @@ impl Eight for Plain {
     #[inline(always)]
     fn store(self, to: &mut [f64; 8]) {
         *to = self.0;
+    }
+    #[inline(always)]
+    fn quads(low: &[f64; 4], high: &[f64; 4]) -> Plain {
+        Plain([low[0], low[1], low[2], low[3], high[0], high[1], high[2], high[3]])
+    }
+    #[inline(always)]
+    fn halves(low: f64, high: f64) -> Plain {
+        Plain([low, low, low, low, high, high, high, high])
+    }
+    #[inline(always)]
+    fn folded(self) -> [f64; 4] {
+        std::array::from_fn(|k| self.0[k] + self.0[k + 4])
     }
 }
