@@ -1,6 +1,6 @@
 //! Stage `md.coexistence`: the melting temperature at a pressure, from crystal and melt in one cell.
 //!
-//! `cell.rs` the cell of both phases; `phase.rs` each phase alone at what was found; `guess.rs` where to begin; `result.rs` what
+//! `search.rs` starts until both phases live; `cell.rs` the cell of both phases; `phase.rs` each phase alone at what was found; `guess.rs` where to begin; `result.rs` what
 //! comes out.
 //!
 //! Two phases side by side at constant pressure and enthalpy: where the cell is too warm some crystal melts and takes up heat,
@@ -11,6 +11,7 @@ mod cell;
 mod guess;
 mod phase;
 mod result;
+mod search;
 mod show;
 pub use result::{Attempt, Coexistence, Look, PhaseAt};
 
@@ -20,11 +21,10 @@ use crate::potential::{Named, Potential};
 use crate::system::LEAST_SKIN;
 use crate::table::Tables;
 use crate::units::{PRESSURE, SPECIFIC_VOLUME, TIME};
-use cell::{Cell, Wanted};
 use hvi_kit::units::{Pressure, Temperature, Time};
 use hvi_kit::{Ctx, File, Invalid, Stage, StageError};
-use phase::Conditions;
 use schemars::JsonSchema;
+use search::Search;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -103,11 +103,6 @@ mod defaults {
         1
     }
 }
-
-/// Starts before the stage gives up.
-const STARTS: usize = 7;
-/// What a start is changed by where one phase died: about half of the latent heat's worth of temperature.
-const STRIDE: f64 = 0.1;
 
 /// The stage.
 pub struct TwoPhases;
@@ -201,39 +196,20 @@ pub fn run(
 ) -> Result<Coexistence, StageError> {
     let (potential, ground) = params.crystal(files).map_err(|e| StageError::physics(e.why))?;
     let tables = Tables::new(potential.clone());
-    let pressure = params.pressure.si() / PRESSURE;
-    let step = params.time_step.si() / TIME;
-    let mut start = match params.guess {
-        Some(guess) => guess.si(),
-        None => guess::melting(&tables, ground, pressure).map_err(StageError::physics)?,
-    };
-    let cells = [params.across, params.across, params.along].map(|n| n as usize);
-    let (mut attempts, mut bracket) = (Vec::new(), [0.0, f64::INFINITY]);
-    let cell = loop {
-        let wanted = Wanted { tables: &tables, ground, pressure, start, cells, step, seed: params.seed };
-        let mut cell = Cell::new(&wanted, isa, ctx)?;
-        if average(params, &mut cell, ctx)? {
-            break cell;
-        }
-        let last = cell.looks.last().copied().expect("it ran until a phase died");
-        attempts.push(Attempt { start, solid: last.solid, end: last.temperature });
-        if attempts.len() == STARTS {
-            return Err(died(params, &attempts));
-        }
-        start = another(start, last, &mut bracket);
-    };
-    let (temperature, error, averaged) = cell.average(params.settling.si() / TIME);
-    let time = params.alone.si() / TIME;
-    let at = Conditions { tables: &tables, ground, pressure, temperature, step, time, seed: params.seed };
+    let mut search = Search::begin(params, &tables, ground, isa, ctx)?;
+    search.find(ctx)?;
+    let (temperature, error, averaged) = search.average();
+    let [solid, liquid] = search.phases(temperature, ctx)?;
     let molar = potential.molar_mass();
+    let (cell, attempts) = search.end();
     Ok(Coexistence {
         pressure: params.pressure.si(),
         temperature,
         temperature_error: error,
         lattice_volume: 0.25 * ground * ground * ground * SPECIFIC_VOLUME / molar,
         molar_mass: molar * 1e-3,
-        solid: at.run(false, isa, ctx)?,
-        liquid: at.run(true, isa, ctx)?,
+        solid,
+        liquid,
         atoms: cell.atoms() as u32,
         averaged: averaged * TIME,
         on_target: error <= params.target_error.si(),
@@ -241,46 +217,4 @@ pub fn run(
         profile: cell.profile(),
         looks: cell.looks,
     })
-}
-
-/// Runs the cell until the error is small enough or the time is spent; whether both phases are there at the end.
-fn average(params: &Params, cell: &mut Cell, ctx: &Ctx<'_>) -> Result<bool, StageError> {
-    let [settling, shortest, longest] = [params.settling, params.shortest, params.longest].map(|t| t.si() / TIME);
-    while cell.has_both() {
-        cell.advance().map_err(StageError::physics)?;
-        let averaged = cell.time() - settling;
-        let expected = settling + shortest;
-        ctx.tick(cell.time(), expected.max(cell.time() + 1.0) * 1.05, "crystal and melt together")?;
-        if averaged >= longest || averaged >= shortest && cell.average(settling).1 <= params.target_error.si() {
-            return Ok(cell.has_both());
-        }
-    }
-    Ok(false)
-}
-
-/// The next start: colder where the crystal died, warmer where the melt did, half way once both are known.
-fn another(start: f64, last: Look, bracket: &mut [f64; 2]) -> f64 {
-    let side = usize::from(last.solid < 0.5);
-    bracket[side] = start;
-    match *bracket {
-        [low, high] if low > 0.0 && high.is_finite() => 0.5 * (low + high),
-        [_, high] if high.is_finite() => (1.0 - STRIDE) * start.min(last.temperature),
-        _ => (1.0 + STRIDE) * start.max(last.temperature),
-    }
-}
-
-fn died(params: &Params, attempts: &[Attempt]) -> StageError {
-    let each = |a: &Attempt| {
-        let what = if a.solid < 0.5 { "the crystal died" } else { "the melt died" };
-        format!("from {:.0} K {what}, at {:.0} K", a.start, a.end)
-    };
-    let all: Vec<String> = attempts.iter().map(each).collect();
-    StageError::physics(format!(
-        "at {:.3} GPa no start of {} kept crystal and melt side by side: {}; give `guess` between a start where the crystal died and \
-         one where the melt did, or a longer cell (`along` is {})",
-        params.pressure.si() / 1e9,
-        attempts.len(),
-        all.join("; "),
-        params.along
-    ))
 }

@@ -1,12 +1,13 @@
 //! Melting from crystal and melt in one cell: the temperature, what each phase has there, and what is said where one dies.
 use hvi_kit::units::{Pressure, Temperature, Time};
-use hvi_kit::{Artifact, Ctx, Stage};
+use hvi_kit::{Artifact, Cancel, Ctx, Host, Stage, StageError};
 use hvi_md::coexistence::{Coexistence, Params, run};
 use hvi_md::lanes::Isa;
 use hvi_md::potential::BuiltIn;
 use hvi_md::{Named, TwoPhases};
 use std::collections::BTreeMap;
-use std::sync::LazyLock;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{LazyLock, Mutex};
 
 /// 1200 atoms, which is few: half a cell of each phase is 20 angstrom long.
 fn params(pressure: f64, guess: Option<f64>) -> Params {
@@ -54,6 +55,72 @@ fn copper_melts_where_its_potential_is_known_to() {
     assert!(found.liquid.volume > 1.02 * found.solid.volume && found.solid.volume > 1.05 * found.lattice_volume);
     assert!(found.profile.iter().any(|o| *o > 0.45) && found.profile.iter().any(|o| *o < 0.15), "{:?}", found.profile);
     assert_eq!(Coexistence::decode(&found.encode()).unwrap(), *found);
+}
+
+/// Other first velocities: the same temperature, within three of its standard errors.
+#[test]
+fn another_seed_finds_the_same() {
+    let other = found(&Params { seed: 2, ..params(0.0, Some(1300.0)) });
+    let error = FREE.temperature_error.hypot(other.temperature_error);
+    let off = other.temperature - FREE.temperature;
+    println!("T_m {:.0} +- {:.0} K from another seed", other.temperature, other.temperature_error);
+    assert!(off.abs() < 3.0 * error, "{off} K, {error} K");
+}
+
+/// Stopped twice with both phases together, and while the melt is alone; gone on with: the bits of a straight run.
+#[test]
+fn resumed_runs_have_the_bits_of_straight_ones() {
+    let brief = Params {
+        settling: Time::new(1e-12),
+        shortest: Time::new(5e-12),
+        longest: Time::new(5e-12),
+        alone: Time::new(1e-12),
+        ..params(0.0, Some(1300.0))
+    };
+    let straight = found(&brief);
+    let (mut kept, mut stops) = (None, 0);
+    let resumed = loop {
+        let host = Stopper { kept: Mutex::new(kept), ..Stopper::default() };
+        match run(&brief, &BTreeMap::new(), Isa::best(), &Ctx { host: &host, cancel: &host.cancel, threads: 1 }) {
+            Ok(found) => break found,
+            Err(StageError::Cancelled(_)) => stops += 1,
+            Err(e) => panic!("{e}"),
+        }
+        kept = host.kept.into_inner().unwrap();
+    };
+    // 25 looks at both together, each stop after the ninth; 27 ticks of the crystal alone, so the last with the melt alone
+    assert_eq!(stops, 3);
+    assert!(resumed.encode() == straight.encode());
+}
+
+/// A host that keeps all, and asks for a stop at the eighth look at both phases, or at the 40th tick of a phase alone.
+#[derive(Default)]
+struct Stopper {
+    together: AtomicUsize,
+    alone: AtomicUsize,
+    cancel: Cancel,
+    kept: Mutex<Option<Vec<u8>>>,
+}
+impl Host for Stopper {
+    fn advance(&self, _: f64, _: f64, doing: &str) {
+        let (count, at) = match doing {
+            "crystal and melt together" => (&self.together, 8),
+            "each phase alone" => (&self.alone, 40),
+            _ => return,
+        };
+        if count.fetch_add(1, Ordering::Relaxed) + 1 == at {
+            self.cancel.set();
+        }
+    }
+    fn due(&self) -> bool {
+        true
+    }
+    fn keep(&self, bytes: &[u8]) {
+        *self.kept.lock().unwrap() = Some(bytes.to_vec());
+    }
+    fn kept(&self) -> Option<Vec<u8>> {
+        self.kept.lock().unwrap().clone()
+    }
 }
 
 /// A start that is far too cold leaves crystal alone; the stage begins again, warmer, and tells of it.

@@ -5,11 +5,12 @@ use super::result::Look;
 use crate::barostat::{Shape, Walls};
 use crate::fault::Fault;
 use crate::lanes::Isa;
-use crate::system::System;
+use crate::system::{Snapshot, System};
 use crate::table::Tables;
 use crate::units::{BOLTZMANN, TIME};
 use crate::{lattice, local_order};
 use hvi_kit::{Ctx, StageError};
+use serde::{Deserialize, Serialize};
 
 /// Time between two looks [ps].
 const LOOK: f64 = 0.25;
@@ -35,6 +36,15 @@ pub struct Cell {
     /// Looks since walls and heat are free.
     pub looks: Vec<Look>,
     /// Temperature of each step since then [K].
+    temperatures: Vec<f64>,
+}
+
+/// A cell between two looks, as bytes.
+#[derive(Serialize, Deserialize)]
+pub struct Kept {
+    system: Snapshot,
+    walls: Walls,
+    looks: Vec<Look>,
     temperatures: Vec<f64>,
 }
 
@@ -95,6 +105,28 @@ impl Cell {
         cell.scaled(COOLING, [wanted.start; 2], ctx)?;
         cell.walls = walls(Shape::Free);
         Ok(cell)
+    }
+
+    /// What it is now.
+    pub fn keep(&self) -> Kept {
+        Kept {
+            system: self.system.snapshot(),
+            walls: self.walls.clone(),
+            looks: self.looks.clone(),
+            temperatures: self.temperatures.clone(),
+        }
+    }
+
+    /// The cell that `kept` was taken of, made for `wanted`.
+    pub fn resume(wanted: &Wanted<'_>, isa: Isa, kept: Kept) -> Cell {
+        Cell {
+            system: System::resume(wanted.tables.clone(), isa, kept.system),
+            walls: kept.walls,
+            cells: wanted.cells,
+            step: wanted.step,
+            looks: kept.looks,
+            temperatures: kept.temperatures,
+        }
     }
 
     /// Runs for `time` [ps] while the temperatures of the rest and of the heated part are set again and again [K].
