@@ -22,7 +22,7 @@
 //! | `execute.rs`, `execute/` | lookup, packing into cores and memory, workers, failures, cancel |
 //! | `forecast.rs`, `history.rs` | what a run would do and why; what earlier runs did |
 //! | `events.rs`, `console.rs` | what happens, and how it is shown |
-//! | `outputs.rs`, `report.rs`, `report.html`, `figure.rs`, `hdf5_table.rs`, `hdf5_file.rs` | what people get: page, CSV, SVG, PNG, HDF5 |
+//! | `outputs.rs`, `report.rs`, `report.html`, `figure.rs`, `hdf5_table.rs`, `hdf5_file.rs`, `extended_xyz.rs` | what people get: page, CSV, SVG, PNG, HDF5, XYZ |
 //! | `amount.rs` | times and sizes as people write them |
 //! | `ro_crate.rs` | where exported results come from, for other programs |
 //! | `mistake.rs` | wrong input, shown with line and mark |
@@ -39,6 +39,7 @@ pub mod commands;
 pub mod console;
 pub mod events;
 pub mod execute;
+pub mod extended_xyz;
 pub mod figure;
 pub mod forecast;
 pub mod hdf5_file;

@@ -9,7 +9,7 @@ use crate::pipeline::Pipeline;
 use crate::plan::{NodeId, Plan};
 use crate::registry::PROGRAM;
 use crate::report::{self, Point, State, Step, Study};
-use crate::{figure, hdf5_table};
+use crate::{extended_xyz, figure, hdf5_table};
 use hvi_kit::view::{Cell, Scalar, Table, View};
 use hvi_kit::{Digest, Store, units};
 use serde::{Deserialize, Serialize};
@@ -322,6 +322,7 @@ impl Writer<'_> {
                     View::Table(t) => (&t.title, "csv", figure::csv(t).into_bytes()),
                     View::Figure(f) => (&f.title, "svg", figure::svg(f).into_bytes()),
                     View::Picture(p) => (&p.title, "png", figure::png(p)),
+                    View::Trajectory(t) => (&t.title, "xyz", extended_xyz::encode(t).into_bytes()),
                 };
                 let mut name = format!("{place}/{}.{extension}", slug(title));
                 let mut copy = 2;

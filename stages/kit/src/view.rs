@@ -148,6 +148,30 @@ pub struct Picture {
     pub note: String,
 }
 
+/// Atoms of one kind in a periodic box, at one moment.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Frame {
+    /// Time [ps].
+    pub time: f64,
+    /// Edges of the box [angstrom].
+    pub edges: [f64; 3],
+    /// `[atoms][3]`, each atom at the same place of every frame, folded into the box [angstrom].
+    pub positions: Vec<[f64; 3]>,
+    /// `[atoms][3]` [angstrom/ps].
+    pub velocities: Vec<[f64; 3]>,
+}
+
+/// Atoms as they move.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Trajectory {
+    /// Heading; also the name of its extended XYZ file.
+    pub title: String,
+    /// Symbol of the element.
+    pub element: String,
+    /// In order of time.
+    pub frames: Vec<Frame>,
+}
+
 /// Something to look at.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[expect(missing_docs, reason = "the variants' types say it")]
@@ -155,4 +179,5 @@ pub enum View {
     Table(Table),
     Figure(Figure),
     Picture(Picture),
+    Trajectory(Trajectory),
 }

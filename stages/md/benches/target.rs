@@ -56,6 +56,7 @@ fn measure(volume_ratio: f64, temperature: f64, lammps: bool) -> (&'static str, 
         shortest: Time::new(0.5e-12),
         longest: Time::new(60e-12),
         seed: 1,
+        trajectory: None,
     };
     let start = cpu_time();
     let state = run::state(&params, &BTreeMap::new(), Isa::best(), &Ctx::quiet()).expect("a state");

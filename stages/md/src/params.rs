@@ -62,7 +62,14 @@ pub struct Params {
     /// Seed of the first velocities.
     #[serde(default = "defaults::seed")]
     pub seed: u64,
+    /// Keeps positions and velocities so often while it averages, as a trajectory in extended XYZ; by default none. Native engine
+    /// only.
+    #[serde(default)]
+    pub trajectory: Option<Time>,
 }
+
+/// Most positions of all atoms and frames that a trajectory may have: 48 B each.
+const MOST_POSITIONS: f64 = 2e7;
 
 /// The potential that `named` means, and the cubic edge of its lattice at rest without pressure [angstrom]; its file, if it has
 /// one, is `potential.file`.
@@ -145,10 +152,33 @@ impl Params {
                 return Err(Invalid::new("pressed", "it takes engine = \"native\""));
             }
         }
+        if let Some(every) = self.trajectory {
+            self.check_trajectory(every)?;
+        }
         match &self.potential {
             Named::BuiltIn(_) => self.potential(&BTreeMap::new()).map(drop),
             Named::File(_) => Ok(()),
         }
+    }
+
+    fn check_trajectory(&self, every: Time) -> Result<(), Invalid> {
+        if self.engine == By::Lammps {
+            return Err(Invalid::new("trajectory", "it takes engine = \"native\""));
+        }
+        let [least, most] = [self.time_step.si(), self.longest.si()];
+        if !(least..=most).contains(&every.si()) {
+            return Err(Invalid::new(
+                "trajectory",
+                format!("it must be {least:e} s, a step, to {most:e} s, `longest`"),
+            ));
+        }
+        let positions = f64::from(self.atoms) * most / every.si();
+        if positions > MOST_POSITIONS {
+            let why =
+                format!("that may be {positions:.0e} positions, more than {MOST_POSITIONS:.0e}: keep fewer frames");
+            return Err(Invalid::new("trajectory", why));
+        }
+        Ok(())
     }
 
     /// Time before averaging: on the way to the state, and of equilibration.
@@ -208,7 +238,9 @@ impl Params {
         // 60 to 70 listed neighbours at the lattice's volume, 22 B each with what is kept of them, and 300 B of its own
         let atom = 300.0 + 1600.0 / self.volume_ratio;
         let sample = 100.0;
-        Needs { threads: 1, memory: (4e6 + atom * f64::from(self.atoms) + sample * steps) as u64 }
+        let frames = self.trajectory.map_or(0.0, |every| self.longest.si() / every.si());
+        let kept = 150.0 * frames * f64::from(self.atoms);
+        Needs { threads: 1, memory: (4e6 + atom * f64::from(self.atoms) + sample * steps + kept) as u64 }
     }
 
     /// The state that is asked for.

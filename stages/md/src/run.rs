@@ -210,12 +210,19 @@ impl Run<'_> {
     /// One step, and what is kept of it.
     fn sample(&mut self) -> Result<(), StageError> {
         self.advance()?;
-        let Sampled { series, looks, .. } = &mut self.sampled;
+        let params = self.asked.params;
+        let Sampled { series, looks, frames, .. } = &mut self.sampled;
         series.energy.push(self.system.energy());
         series.pressure.push(self.system.virial() / (3.0 * self.cube.volume));
         series.site_virial.push(self.system.site_virial());
         series.temperature.push(self.system.temperature());
-        if series.energy.len().is_multiple_of(LEAST_SAMPLES) {
+        let sample = series.energy.len();
+        if let Some(every) = params.trajectory
+            && sample.is_multiple_of(params.steps(every).max(1))
+        {
+            frames.push(self.system.frame());
+        }
+        if sample.is_multiple_of(LEAST_SAMPLES) {
             let (positions, ways): (Vec<_>, _) = (self.system.positions().collect(), self.system.displacements());
             looks.push(Order::of(&positions, &ways, self.asked.lattice));
         }

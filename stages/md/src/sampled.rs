@@ -6,6 +6,7 @@ use crate::params::Params;
 use crate::potential::Potential;
 use crate::state::{Phase, State};
 use crate::units::{BOLTZMANN, PRESSURE, SPECIFIC_ENERGY, SPECIFIC_VOLUME, TIME};
+use hvi_kit::view::Frame;
 use serde::{Deserialize, Serialize};
 
 /// Time over which motion and structure share heat [s]: a few vibrations.
@@ -20,6 +21,8 @@ pub struct Sampled {
     pub series: Series,
     /// Looks at the structure.
     pub looks: Vec<Order>,
+    /// Positions and velocities now and then, if they are asked for.
+    pub frames: Vec<Frame>,
     /// Steps spent on averages that were thrown away since the phase changed.
     pub discarded: usize,
 }
@@ -115,6 +118,7 @@ impl Sampled {
             on_target: pressure.error <= asked.target(),
             order: over_looks(|l| l.translational),
             displacement: over_looks(|l| l.displacement2).sqrt(),
+            trajectory: self.frames.clone(),
         }
     }
 }

@@ -1,6 +1,7 @@
 //! What a run of molecular dynamics leaves: one equilibrium state.
+use crate::potential::element::symbol;
 use hvi_kit::Artifact;
-use hvi_kit::view::{Cell, Scalar};
+use hvi_kit::view::{Cell, Frame, Scalar, Trajectory, View};
 use serde::{Deserialize, Serialize};
 
 /// Whether the atoms are on a lattice.
@@ -52,10 +53,12 @@ pub struct State {
     pub order: f64,
     /// Root mean square way of atoms from their sites, over the distance of nearest sites.
     pub displacement: f64,
+    /// Frames of the averaging, where they were asked for, those before a change of phase too.
+    pub trajectory: Vec<Frame>,
 }
 
 impl Artifact for State {
-    const KIND: &'static str = "md-state/1";
+    const KIND: &'static str = "md-state/2";
     fn scalars(&self) -> Vec<Scalar> {
         let uncertain = |name: &str, value: f64, error: f64, unit: &str| Scalar {
             name: name.into(),
@@ -76,5 +79,12 @@ impl Artifact for State {
             Scalar::number("steps", self.steps as f64, ""),
             Scalar::text("error target", if self.on_target { "met" } else { "missed" }),
         ]
+    }
+    fn views(&self) -> Vec<View> {
+        if self.trajectory.is_empty() {
+            return Vec::new();
+        }
+        let element = symbol(self.molar_mass * 1e3).to_string();
+        vec![View::Trajectory(Trajectory { title: "Trajectory".into(), element, frames: self.trajectory.clone() })]
     }
 }

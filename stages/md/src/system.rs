@@ -10,6 +10,7 @@ use crate::random::Random;
 use crate::table::Tables;
 use crate::thermostat::Chain;
 use crate::units::{ATOMIC_MASS, BOLTZMANN};
+use hvi_kit::view::Frame;
 
 /// Widest skin [angstrom]: wider lists are rebuilt more rarely but hold more pairs; see `benches/speed.rs`.
 const SKIN: f64 = 0.8;
@@ -173,6 +174,13 @@ impl System {
         let way: Vec<[f64; 4]> =
             self.site.iter().zip(&self.position).map(|(s, p)| [p[0] - s[0], p[1] - s[1], p[2] - s[2], 0.0]).collect();
         self.in_order(&way)
+    }
+    /// Where all atoms are, folded into the box, and how they move, in the order of the sites.
+    pub fn frame(&self) -> Frame {
+        let edges = self.edges;
+        let fold = |p: [f64; 3]| [0, 1, 2].map(|k| p[k] - (p[k] / edges[k]).floor() * edges[k]);
+        let positions = self.in_order(&self.position).into_iter().map(fold).collect();
+        Frame { time: self.time, edges, positions, velocities: self.velocities() }
     }
     fn in_order(&self, of: &[[f64; 4]]) -> Vec<[f64; 3]> {
         let mut all = vec![[0.0; 3]; self.atoms()];

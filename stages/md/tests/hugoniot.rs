@@ -20,6 +20,7 @@ fn state(volume_ratio: f64, temperature: f64) -> State {
         shortest: Time::new(2e-12),
         longest: Time::new(20e-12),
         seed: 1,
+        trajectory: None,
     };
     run::state(&params, &BTreeMap::new(), Isa::best(), &Ctx::quiet()).unwrap()
 }

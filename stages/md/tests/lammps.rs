@@ -84,6 +84,7 @@ fn params(engine: By, volume_ratio: f64, temperature: f64) -> Params {
         shortest: Time::new(2e-12),
         longest: Time::new(20e-12),
         seed: 1,
+        trajectory: None,
     }
 }
 

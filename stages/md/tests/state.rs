@@ -24,6 +24,7 @@ fn params(volume_ratio: f64, temperature: f64) -> Params {
         shortest: Time::new(2e-12),
         longest: Time::new(60e-12),
         seed: 1,
+        trajectory: None,
     }
 }
 
@@ -122,6 +123,7 @@ fn short_runs_are_honest() {
             time_step: Time::new(2e-15),
             shortest: Time::new(8e-12),
             seed: 99,
+            trajectory: None,
             ..params(ratio, temperature)
         });
         let states: Vec<State> = (0..16).map(short).collect();
@@ -243,6 +245,31 @@ impl Host for Stopper {
     }
 }
 
+/// A frame every 0.1 ps of 0.6: all atoms in the box, moving with no net momentum, at the bath's temperature within three of the 5 %
+/// that 256 atoms' kinetic energy is off by; and the frames don't change the state.
+#[test]
+fn a_trajectory_is_what_was_averaged_over() {
+    let brief = Time::new(0.6e-12);
+    let plain = Params { shortest: brief, longest: brief, ..params(1.0, 600.0) };
+    let followed = state(&Params { trajectory: Some(Time::new(0.1e-12)), ..plain.clone() });
+    let frames = &followed.trajectory;
+    assert_eq!(frames.len(), 6);
+    for (k, frame) in frames.iter().enumerate() {
+        // a tenth of a picosecond is 33 steps of 3 fs, after 333 of equilibration
+        assert!((frame.time - 0.003 * (333 + 33 * (k + 1)) as f64).abs() < 1e-9, "{}", frame.time);
+        assert!(frame.positions.iter().flatten().all(|x| (0.0..frame.edges[0]).contains(x)));
+        let sum = |axis: usize| frame.velocities.iter().map(|v| v[axis]).sum::<f64>();
+        assert!((0..3).all(|axis| sum(axis).abs() < 1e-9));
+        let twice: f64 = frame.velocities.iter().flatten().map(|v| v * v).sum();
+        // m v^2 = 3 (N - 1) k T; 63.546 g/mol is 63.546 * 1.03643e-4 eV ps2/A2
+        let temperature = twice * 63.546 * 1.036427e-4 / (3.0 * 255.0 * 8.617333e-5);
+        assert!((temperature / 600.0 - 1.0).abs() < 0.15, "{temperature}");
+    }
+    assert!(frames[0].positions != frames[1].positions);
+    assert_eq!(State { trajectory: Vec::new(), ..followed }, state(&plain));
+    assert_eq!(Md::check(&Params { trajectory: Some(Time::new(1e-12)), ..plain }).unwrap_err().key, "trajectory");
+}
+
 /// Stopped in the equilibration and while averaging, and gone on with: the bits of a straight run.
 #[test]
 fn resumed_runs_have_the_bits_of_straight_ones() {
@@ -251,6 +278,7 @@ fn resumed_runs_have_the_bits_of_straight_ones() {
         longest: Time::new(2.4e-12),
         equilibration: Time::new(0.3e-12),
         target_error: Pressure::new(1e6),
+        trajectory: Some(Time::new(0.2e-12)),
         ..params(1.3, 3000.0)
     };
     resumes(&short, [1, 3, 9, 14]);

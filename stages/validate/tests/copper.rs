@@ -49,6 +49,7 @@ fn states(set: Set) -> Vec<State> {
             on_target: true,
             order: 1.0,
             displacement: 0.1,
+            trajectory: Vec::new(),
         });
     }
     all

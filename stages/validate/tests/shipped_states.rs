@@ -34,6 +34,7 @@ fn states() -> Vec<State> {
         on_target: true,
         order: 1.0,
         displacement: 0.1,
+        trajectory: Vec::new(),
     };
     (0..v.len()).map(state).collect()
 }

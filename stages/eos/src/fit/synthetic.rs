@@ -67,6 +67,7 @@ fn states_of(gray: &Gray, seed: u64, densest: f64, pressure_error: impl Fn(f64) 
                 on_target: true,
                 order: 1.0,
                 displacement: 0.1,
+                trajectory: Vec::new(),
             });
         }
     }

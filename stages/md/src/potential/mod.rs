@@ -2,6 +2,7 @@
 //!
 //! `named.rs` what a pipeline says; here what is computed with. To add one: a file with its functions, a name in
 //! [`BuiltIn`], a variant of [`Potential`], and an arm in each method.
+pub mod element;
 pub mod file;
 mod mishin_2001;
 mod named;
