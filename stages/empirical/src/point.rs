@@ -104,11 +104,24 @@ impl Point {
     /// Reads the last snapshot of `run`.
     ///
     /// # Errors
-    /// A run without a projectile or snapshot, or with values that mean nothing.
+    /// A run without a projectile or snapshot, oblique or on more than one plate, or with values that mean nothing.
     pub fn new(run: &Impact, measure: Measure) -> Result<Point, StageError> {
         let name = format!("the run at {} m/s, D = {} m, t = {} m", run.velocity, run.diameter, run.thickness);
         let refuse = |why: &str| StageError::physics(format!("{name} {why}"));
         let last = run.snapshots.last().ok_or_else(|| refuse("has no snapshot; keep its end"))?;
+        if run.angle != 0.0 {
+            let degrees = run.angle * 180.0 / std::f64::consts::PI;
+            return Err(refuse(&format!(
+                "is oblique, by {degrees:.3} deg: the law is one of normal impacts; leave it out"
+            )));
+        }
+        if let Some(third) = run.bodies.get(2) {
+            let more = run.bodies.len() - 2;
+            return Err(refuse(&format!(
+                "has {more} more bodies than projectile and plate, the first `{}`: the law knows one plate; leave it out",
+                third.name
+            )));
+        }
         let body = |name: &str| run.bodies.iter().position(|b| b.name == name).and_then(|i| last.melt.get(i));
         let projectile =
             body("projectile").ok_or_else(|| refuse("has no body named projectile with its melted masses"))?;

@@ -42,7 +42,11 @@ fn main() {
         let mut last = None;
         for _ in 0..3 {
             let start = cpu();
-            let made = ImpactStage::run(&params, ImpactInputs { eos: Places(Default::default()) }, &Ctx::quiet());
+            let made = ImpactStage::run(
+                &params,
+                ImpactInputs { eos: Places(Default::default()), file: Places(Default::default()) },
+                &Ctx::quiet(),
+            );
             seconds = seconds.min(cpu() - start);
             last = Some(made.expect("runs"));
         }
@@ -72,7 +76,11 @@ fn sweep() {
                 });
                 let params: Params = serde_json::from_value(params).expect("parameters");
                 let before = cpu();
-                let made = ImpactStage::run(&params, ImpactInputs { eos: Places(Default::default()) }, &Ctx::quiet());
+                let made = ImpactStage::run(
+                    &params,
+                    ImpactInputs { eos: Places(Default::default()), file: Places(Default::default()) },
+                    &Ctx::quiet(),
+                );
                 let impact = made.expect("runs");
                 let melt = &impact.snapshots[0].melt[0];
                 println!(

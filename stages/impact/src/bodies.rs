@@ -1,12 +1,16 @@
 //! All bodies of a scene in one list: projectile, plate, further plates, further bodies; and the parameters of the last two.
 use crate::material::{self, Material};
+use crate::mesh::Mesh;
 use crate::params::{Params, Shape, SpaceChoice};
 use crate::scene::{self, Layout};
-use crate::solid::Solid;
+use crate::solid::{Solid, Surface};
 use hvi_kit::math;
 use hvi_kit::units::{Length, Velocity};
+use hvi_kit::{File, Invalid};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// A further plate at rest, behind the first.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -38,6 +42,61 @@ pub struct FreeBody {
     #[serde(deserialize_with = "material::by_name_or_table")]
     #[schemars(schema_with = "material::name_or_table")]
     pub material: Material,
+}
+
+/// A file with a closed surface of triangles: `file = "part.stl"`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MeshFile {
+    /// What one unit of the file's coordinates is.
+    #[serde(default = "millimetre")]
+    pub unit: Length,
+}
+
+fn millimetre() -> Length {
+    Length::new(1e-3)
+}
+
+impl Params {
+    fn solids(&mut self) -> impl Iterator<Item = (String, &mut Solid)> {
+        let bodies = self.bodies.iter_mut().map(|(name, body)| (format!("bodies.{name}.shape"), &mut body.shape));
+        bodies.chain(self.voids.iter_mut().map(|void| ("voids".to_string(), void)))
+    }
+
+    /// Whether a shape is a mesh whose file has not been read.
+    pub fn has_open_meshes(&self) -> bool {
+        self.bodies.values().map(|body| &body.shape).chain(&self.voids).any(Solid::is_open)
+    }
+
+    /// The parameters with the surfaces of `files`, by keys as `meshes.NAME.file`.
+    ///
+    /// # Errors
+    /// A file that is missing, goes elsewhere or holds no closed surface; a shape that names no mesh.
+    pub fn with_meshes(&self, files: &BTreeMap<String, File>) -> Result<Params, Invalid> {
+        let key = |name: &str| format!("meshes.{name}.file");
+        if let Some(other) = files.keys().find(|k| !self.meshes.keys().any(|name| **k == key(name))) {
+            return Err(Invalid::new(other, "is no place for a file: surfaces go to `meshes.NAME.file`"));
+        }
+        let mut surfaces = BTreeMap::new();
+        for (name, MeshFile { unit }) in &self.meshes {
+            let unit = unit.si();
+            if !(unit > 0.0) {
+                return Err(Invalid::new(&format!("meshes.{name}.unit"), format!("is {unit} m, must be above 0")));
+            }
+            let file = files.get(&key(name));
+            let file = file.ok_or_else(|| Invalid::new(&key(name), "is missing: the path of an STL file"))?;
+            let mesh = Mesh::read(&file.0).map_err(|why| Invalid::new(&key(name), why))?;
+            surfaces.insert(name.clone(), Surface { mesh: Arc::new(mesh), unit });
+        }
+        let mut params = self.clone();
+        for (place, solid) in params.solids() {
+            solid.resolve(&|name| surfaces.get(name).cloned()).map_err(|name| {
+                let known: Vec<&str> = surfaces.keys().map(String::as_str).collect();
+                Invalid::new(&place, format!("names the mesh `{name}`, which `meshes` has not: {}", known.join(", ")))
+            })?;
+        }
+        Ok(params)
+    }
 }
 
 /// A body as the scene takes it.

@@ -4,7 +4,7 @@
 //! it, and across it as far as Coulomb friction goes; where they draw apart nothing acts (S. G. Bardenhagen, J. E. Guilkey,
 //! K. M. Roessig, J. U. Brackbill, W. M. Witzel and J. C. Foster, CMES 2, 509 (2001)). The normal is that of the difference of the two
 //! mass gradients, the same for both, so that momentum is exact. Work done at the contact becomes heat of the particles there.
-use crate::grid::Grid;
+use crate::grid::{Grid, Node};
 use crate::grid_update;
 use crate::kernel::Stencil;
 use crate::p2g::Work;
@@ -77,6 +77,7 @@ impl<const D: usize> Contact<D> {
             (grid.nodes[a as usize].velocity, grid.nodes[b as usize].velocity) = (u, v);
             self.book(a, b, heat / (first.mass + second.mass));
         }
+        self.mirror(grid, |node| &mut node.velocity);
     }
 
     /// Joins the velocities at the end of the step; the impulses' work at the middle of it is booked.
@@ -92,6 +93,15 @@ impl<const D: usize> Contact<D> {
             }
             (grid.nodes[a as usize].next, grid.nodes[b as usize].next) = (u, v);
             self.book(a, b, heat / (first.mass + second.mass));
+        }
+        self.mirror(grid, |node| &mut node.next);
+    }
+
+    /// Behind a mirror everything is the image of what is in front: there a body may have no nodes of its own to pair with.
+    fn mirror(&mut self, grid: &mut Grid<D>, field: impl Fn(&mut Node<D>) -> &mut [f64; D]) {
+        grid_update::reflect(grid, field);
+        for &(front, behind) in grid.images.iter().flatten() {
+            self.heat[behind as usize] = self.heat[front as usize];
         }
     }
 

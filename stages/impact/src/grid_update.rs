@@ -73,3 +73,14 @@ fn fold<const D: usize>(grid: &mut Grid<D>, field: impl Fn(&mut Node<D>) -> &mut
         }
     }
 }
+
+/// Copies a field behind each mirror plane, the normal component turned round.
+pub fn reflect<const D: usize>(grid: &mut Grid<D>, field: impl Fn(&mut Node<D>) -> &mut [f64; D]) {
+    for d in 0..D {
+        for &(front, behind) in &grid.images[d] {
+            let mut v = *field(&mut grid.nodes[front as usize]);
+            v[d] = -v[d];
+            *field(&mut grid.nodes[behind as usize]) = v;
+        }
+    }
+}

@@ -5,7 +5,7 @@ use crate::step::{Setting, State};
 
 /// Momentum along the impact, kinetic and internal energy (by body), mass: all times `multiple`.
 pub fn entry<const D: usize>(state: &State<D>, setting: &Setting<D>, multiple: f64, start: Option<&Ledger>) -> Ledger {
-    let totals = &state.totals;
+    let (totals, moment) = (&state.totals, setting.method.moment(setting.cell));
     let sum = |f: &dyn Fn(&Particle<D>) -> f64| multiple * state.particles.iter().map(f).sum::<f64>();
     let internal: Vec<f64> = (0..setting.laws.len())
         .map(|body| sum(&|p| if p.body as usize == body { p.mass * p.energy } else { 0.0 }))
@@ -15,8 +15,10 @@ pub fn entry<const D: usize>(state: &State<D>, setting: &Setting<D>, multiple: f
         step: state.steps,
         mass: sum(&|p| p.mass),
         momentum: sum(&|p| p.mass * p.velocity[0]),
-        kinetic: sum(&|p| p.kinetic(setting.method.moment(setting.cell))),
+        kinetic: sum(&|p| p.kinetic(moment)),
         internal,
+        by_phase: by_phase(state, setting, multiple),
+        flying: sum(&|p| if p.alone { p.kinetic(moment) + p.mass * p.energy } else { 0.0 }),
         viscous: multiple * totals.viscous,
         transfer: multiple * totals.transfer,
         floored: multiple * totals.floored,
@@ -29,6 +31,19 @@ pub fn entry<const D: usize>(state: &State<D>, setting: &Setting<D>, multiple: f
         entry.drift = total(&entry) / total(start) - 1.0;
     }
     entry
+}
+
+/// Internal energy by body and phase [J], at the volume of the intact matter.
+fn by_phase<const D: usize>(state: &State<D>, setting: &Setting<D>, multiple: f64) -> Vec<[f64; 5]> {
+    let mut sums = vec![[0.0; 5]; setting.laws.len()];
+    for p in &state.particles {
+        let eos = &setting.laws[p.body as usize].eos;
+        let volume = eos.reference_volume() * p.ratio;
+        // What is under pressure is intact: only the rest needs its volume without it.
+        let intact = if p.unclamped >= 0.0 { volume } else { eos.relaxed_volume(volume, p.energy) };
+        sums[p.body as usize][eos.point(intact, p.energy).phase as usize] += multiple * p.mass * p.energy;
+    }
+    sums
 }
 
 /// Kinetic plus internal energy, less what the floor put in [J].

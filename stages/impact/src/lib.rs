@@ -1,14 +1,16 @@
 //! Explicit material point method for hypervelocity impact.
 //!
-//! `params.rs` what a pipeline says, `bodies.rs` of all bodies, `solid.rs` of their shapes; `checks.rs` what must hold between them; `scene.rs` particles from it; `method.rs` which variant of the method; `step.rs` one time
+//! `params.rs` what a pipeline says, `bodies.rs` of all bodies, `solid.rs` of their shapes,
+//! `mesh.rs` of surfaces from files, `probes.rs` of what is followed; `checks.rs` what must hold between them; `scene.rs` particles from it; `method.rs` which variant of the method; `step.rs` one time
 //! step, made of `p2g.rs` (particles to grid), `conduction.rs`, `contact.rs`, `grid_update.rs` and `g2p.rs` (grid to particles; `xpic.rs` its
 //! FLIP and XPIC kin, `remap.rs` MUSL's second pass), on the sparse `grid.rs` with the weights of `kernel.rs`; `material/` what
 //! matter does; `ledger.rs` sums over the scene; `melt.rs` phases and snapshots; `result.rs` what a run leaves, `show.rs` what of
-//! it a person sees; `stage.rs` the stage `impact`.
+//! it a person sees; `stage.rs` the stage `impact`, `fault.rs` what it says where a run goes wrong.
 pub mod bodies;
 mod checks;
 mod conduction;
 mod contact;
+mod fault;
 mod g2p;
 mod grid;
 mod grid_update;
@@ -16,10 +18,12 @@ pub mod kernel;
 mod ledger;
 pub mod material;
 mod melt;
+pub mod mesh;
 pub mod method;
 mod p2g;
 pub mod params;
 pub mod particle;
+pub mod probes;
 mod remap;
 pub mod result;
 pub mod scene;

@@ -1,9 +1,10 @@
 //! Parameters of the stage `impact`, and their checks.
-use crate::bodies::{FreeBody, RearPlate};
+use crate::bodies::{FreeBody, MeshFile, RearPlate};
 use crate::checks;
 use crate::kernel::Kernel;
 use crate::material::{self, Material};
 use crate::method::{self, Method, Scheme, Transfer};
+use crate::probes::Probes;
 use crate::scene::{self, Layout};
 use crate::solid::Solid;
 use hvi_kit::Invalid;
@@ -35,6 +36,10 @@ pub struct Params {
     /// projectile at negative x; in (r, z) y is the radius and z is 0.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub bodies: BTreeMap<String, FreeBody>,
+    /// Surfaces from STL files (text or binary), each under its name, for the shape `mesh`: `{ file = "part.stl", unit = "1 mm" }`.
+    /// They must be closed.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub meshes: BTreeMap<String, MeshFile>,
     /// Places without matter, cut out of all bodies.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub voids: Vec<Solid>,
@@ -56,6 +61,9 @@ pub struct Params {
     /// Times at which all particles are kept; the end is always among them.
     #[serde(default)]
     pub times: Vec<Time>,
+    /// What is followed through the run: `points`, `planes` and `particles`, each under its name.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub probes: Option<Probes>,
     /// Courant number, up to 0.8.
     #[serde(default = "cfl")]
     pub cfl: f64,
@@ -191,13 +199,18 @@ impl Params {
         self.angle.map_or(0.0, Angle::si)
     }
 
-    /// Checks everything that can be known before the run.
+    /// Checks everything that can be known before the run; what hangs on a mesh once its file has been read, see
+    /// [`Params::with_meshes`].
     ///
     /// # Errors
     /// The first parameter out of its range.
     pub fn check(&self) -> Result<(), Invalid> {
         self.check_shape()?;
         self.check_method()?;
+        self.probes.iter().try_for_each(|probes| probes.check(self.space))?;
+        if self.has_open_meshes() {
+            return Ok(());
+        }
         let layout = Layout::of(self);
         checks::bodies(self, &layout)?;
         for t in &self.times {

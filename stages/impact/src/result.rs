@@ -25,7 +25,7 @@ pub const PHASES: [&str; 5] = ["solid", "melting", "liquid", "hot liquid", "vapo
 /// A body of the scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Body {
-    /// `"projectile"` or `"plate"`.
+    /// `"projectile"`, `"plate"`, or the name of a further plate or body.
     pub name: String,
     /// Name of its material.
     pub material: String,
@@ -84,6 +84,88 @@ pub struct Snapshot {
     pub melt: Vec<Melt>,
 }
 
+/// State of matter at a time: of a particle, or the mean about a place (NaN where nothing is).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct At {
+    /// Time [s].
+    pub time: f64,
+    /// Where [m], by [`Space`].
+    pub position: [f64; 3],
+    /// Velocity [m/s], same axes.
+    pub velocity: [f64; 3],
+    /// Density [kg/m3], a particle's own: it falls as a void opens in it.
+    pub density: f64,
+    /// Pressure [Pa].
+    pub pressure: f64,
+    /// Temperature [K].
+    pub temperature: f64,
+    /// Specific internal energy [J/kg].
+    pub energy: f64,
+    /// Equivalent plastic strain.
+    pub plastic_strain: f64,
+    /// Share of the matter that has failed.
+    pub failed: f64,
+}
+
+impl At {
+    fn values(&mut self) -> [&mut f64; 9] {
+        let [x, y, z] = &mut self.velocity;
+        let rest = (&mut self.density, &mut self.pressure, &mut self.temperature, &mut self.energy);
+        [x, y, z, rest.0, rest.1, rest.2, rest.3, &mut self.plastic_strain, &mut self.failed]
+    }
+
+    /// Adds `weight` times what `other` says of matter.
+    pub(crate) fn add(&mut self, other: &At, weight: f64) {
+        let mut other = *other;
+        for (sum, x) in self.values().into_iter().zip(other.values()) {
+            *sum += weight * *x;
+        }
+    }
+
+    /// What it says of matter over `total`.
+    pub(crate) fn over(mut self, total: f64) -> At {
+        self.values().into_iter().for_each(|x| *x = if total > 0.0 { *x / total } else { f64::NAN });
+        self
+    }
+}
+
+/// What has passed a plane along x since the start, less what came back; mirror images included.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Passed {
+    /// Time [s].
+    pub time: f64,
+    /// Mass [kg].
+    pub mass: f64,
+    /// Its momentum along the impact direction as it passed [kg m/s].
+    pub momentum: f64,
+    /// Its kinetic energy as it passed [J].
+    pub kinetic: f64,
+    /// Its internal energy as it passed [J].
+    pub internal: f64,
+}
+
+/// What was followed, over time.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Track {
+    /// The matter at a place.
+    Point(Vec<At>),
+    /// One particle.
+    Particle(Vec<At>),
+    /// A plane across x.
+    Plane(Vec<Passed>),
+}
+
+/// A probe and what it has shown.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Probe {
+    /// Its name.
+    pub name: String,
+    /// Where it was put [m].
+    pub place: [f64; 3],
+    /// What it has shown.
+    pub track: Track,
+}
+
 /// Sums over the whole scene at one time; conserved ones don't move. Mirror images included; per radian nothing.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Ledger {
@@ -99,6 +181,11 @@ pub struct Ledger {
     pub kinetic: f64,
     /// Internal energy, one a body [J].
     pub internal: Vec<f64>,
+    /// The same by phase code, see [`PHASES`], at the volume of the intact matter [J]; one a body.
+    pub by_phase: Vec<[f64; 5]>,
+    /// Kinetic and internal energy of particles that share no grid node with any other and fly on alone [J]: what has left the
+    /// scene, on a grid that has no border. It is part of the sums above.
+    pub flying: f64,
     /// Part of the internal energy that came from artificial viscosity, so far [J].
     pub viscous: f64,
     /// Part of the internal energy that the transfer returned as heat, so far [J].
@@ -136,6 +223,10 @@ pub struct Impact {
     pub snapshots: Vec<Snapshot>,
     /// In order of time, the first at the start.
     pub ledger: Vec<Ledger>,
+    /// Angle of the line of flight to the plate's normal [rad].
+    pub angle: f64,
+    /// What was followed through the run.
+    pub probes: Vec<Probe>,
     /// Velocity along the impact of the leading .1, 1 and 5 % of the projectile's mass at the end [m/s].
     pub leading: [f64; 3],
     /// Decisions and warnings a reader of the result must know, one sentence each.
@@ -143,7 +234,7 @@ pub struct Impact {
 }
 
 impl Artifact for Impact {
-    const KIND: &'static str = "impact/1";
+    const KIND: &'static str = "impact/2";
     fn scalars(&self) -> Vec<Scalar> {
         crate::show::scalars(self)
     }

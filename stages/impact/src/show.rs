@@ -1,5 +1,5 @@
 //! What a person sees of an impact run: a row of numbers, the ledger, what melted, energy over time.
-use crate::result::{Impact, Ledger, PHASES};
+use crate::result::{At, Impact, Ledger, PHASES, Passed, Probe, Track};
 use hvi_kit::view::{Axis, Cell, Figure, Scalar, Series, Style, Table, View};
 
 /// The run in one row.
@@ -31,7 +31,87 @@ pub fn scalars(impact: &Impact) -> Vec<Scalar> {
 
 /// Ledger, melt by body and time, energy over time.
 pub fn views(impact: &Impact) -> Vec<View> {
-    vec![View::Table(melt_table(impact)), View::Figure(energy_figure(impact)), View::Table(ledger_table(impact))]
+    let mut all = vec![
+        View::Table(melt_table(impact)),
+        View::Figure(energy_figure(impact)),
+        View::Table(ledger_table(impact)),
+        View::Table(phase_table(impact)),
+    ];
+    all.extend(impact.probes.iter().map(|probe| View::Table(probe_table(probe))));
+    all
+}
+
+/// What a probe has shown.
+fn probe_table(probe: &Probe) -> Table {
+    let matter = [
+        ("time", "us"),
+        ("x", "mm"),
+        ("y", "mm"),
+        ("z", "mm"),
+        ("vx", "m/s"),
+        ("vy", "m/s"),
+        ("vz", "m/s"),
+        ("density", "kg/m3"),
+        ("pressure", "GPa"),
+        ("temperature", "K"),
+        ("energy", "kJ/kg"),
+        ("plastic strain", ""),
+        ("failed", ""),
+    ];
+    let of = |a: &At| {
+        let [x, y, z] = a.position.map(|x| x * 1e3);
+        let [u, v, w] = a.velocity;
+        let rest = [a.density, a.pressure / 1e9, a.temperature, a.energy / 1e3, a.plastic_strain, a.failed];
+        [&[a.time * 1e6, x, y, z, u, v, w][..], &rest].concat()
+    };
+    let amounts =
+        [("time", "us"), ("mass", "kg"), ("momentum", "kg m/s"), ("kinetic energy", "J"), ("internal energy", "J")];
+    let passed = |p: &Passed| vec![p.time * 1e6, p.mass, p.momentum, p.kinetic, p.internal];
+    let (kind, columns, rows): (_, &[(&str, &str)], Vec<Vec<f64>>) = match &probe.track {
+        Track::Point(all) => {
+            ("the matter within a cell of the place, NaN as nothing", &matter, all.iter().map(of).collect())
+        }
+        Track::Particle(all) => {
+            ("the particle that was nearest to the place at the start", &matter, all.iter().map(of).collect())
+        }
+        Track::Plane(all) => {
+            ("what has passed the plane along x, less what came back", &amounts, all.iter().map(passed).collect())
+        }
+    };
+    let [x, y, z] = probe.place.map(|x| x * 1e3);
+    Table {
+        title: format!("Probe {}", probe.name),
+        columns: columns.iter().map(|(name, unit)| column(name, unit)).collect(),
+        rows: rows.into_iter().map(|row| row.into_iter().map(known).collect()).collect(),
+        note: format!("Place ({x}, {y}, {z}) mm: {kind}."),
+    }
+}
+
+fn known(x: f64) -> Cell {
+    if x.is_finite() { Cell::Number(x) } else { Cell::Empty }
+}
+
+/// Internal energy by body, material and phase.
+fn phase_table(impact: &Impact) -> Table {
+    let mut columns = vec![column("time", "us"), column("body", ""), column("material", "")];
+    columns.extend(PHASES.iter().map(|phase| column(phase, "J")));
+    let mut rows = Vec::new();
+    for entry in every_tenth(&impact.ledger) {
+        for (body, by_phase) in impact.bodies.iter().zip(&entry.by_phase) {
+            let mut row: Vec<Cell> =
+                vec![(entry.time * 1e6).into(), body.name.as_str().into(), body.material.as_str().into()];
+            row.extend(by_phase.iter().map(|&x| known(x)));
+            rows.push(row);
+        }
+    }
+    let note = "Phases at the volume of the intact matter. The columns of a body add up to its internal energy.";
+    Table { title: "Internal energy by material and phase".into(), columns, rows, note: note.into() }
+}
+
+/// Every tenth entry, and the last.
+fn every_tenth(ledger: &[Ledger]) -> impl Iterator<Item = &Ledger> {
+    let last = ledger.len().saturating_sub(1);
+    ledger.iter().enumerate().filter(move |(i, _)| i % 10 == 0 || *i == last).map(|(_, l)| l)
 }
 
 fn column(name: &str, unit: &str) -> (String, String) {
@@ -67,12 +147,12 @@ fn ledger_table(impact: &Impact) -> Table {
         column("of it viscous", "J"),
         column("of it transfer", "J"),
         column("floored", "J"),
+        column("flying alone", "J"),
         column("drift", ""),
         column("highest pressure", "GPa"),
         column("highest compression", ""),
         column("time step", "ns"),
     ];
-    let last = impact.ledger.len().saturating_sub(1);
     let row = |l: &Ledger| {
         let numbers = [
             l.time * 1e6,
@@ -84,19 +164,22 @@ fn ledger_table(impact: &Impact) -> Table {
             l.viscous,
             l.transfer,
             l.floored,
+            l.flying,
             l.drift,
             l.highest_pressure / 1e9,
             l.highest_compression,
             l.time_step * 1e9,
         ];
-        numbers.into_iter().map(|x| if x.is_finite() { Cell::Number(x) } else { Cell::Empty }).collect()
+        numbers.into_iter().map(known).collect()
     };
-    let kept = impact.ledger.iter().enumerate().filter(|(i, _)| i % 10 == 0 || *i == last);
     Table {
         title: "Ledger".into(),
         columns,
-        rows: kept.map(|(_, l)| row(l)).collect(),
-        note: "Whole scene, mirror images included. The drift is that of kinetic + internal - floored.".into(),
+        rows: every_tenth(&impact.ledger).map(row).collect(),
+        note: "Whole scene, mirror images included. The drift is that of kinetic + internal - floored. Nothing leaves a grid \
+               without borders: \"flying alone\" is the energy of particles that share no node with any other, part of kinetic and \
+               internal."
+            .into(),
     }
 }
 

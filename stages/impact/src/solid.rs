@@ -1,7 +1,9 @@
-//! Shapes of bodies and voids: sphere, cylinder, box, shell, and what union, difference and intersection make of them.
+//! Shapes of bodies and voids: sphere, cylinder, box, shell, a mesh, and what union, difference and intersection make of them.
+use crate::mesh::Mesh;
 use hvi_kit::units::Length;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// A place (x, y, z): x along the plate's normal, 0 at its front, the projectile at negative x; (0, 0, 0) is the point of impact.
 ///
@@ -44,12 +46,36 @@ pub enum Solid {
         /// Thickness of its wall.
         thickness: Length,
     },
+    /// A closed surface from a file: one of the step's `meshes`.
+    Mesh {
+        /// Its name there.
+        name: String,
+        /// Where the origin of the file's coordinates lies. Default: at the point of impact.
+        #[serde(default = "origin")]
+        at: Place,
+        /// The surface, once its file has been read.
+        #[serde(skip)]
+        surface: Option<Surface>,
+    },
     /// What any of these holds.
     Union(Vec<Solid>),
     /// What all of these hold.
     Intersection(Vec<Solid>),
     /// What the first holds and none of the others.
     Difference(Vec<Solid>),
+}
+
+/// A surface and the length of its file's unit [m].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Surface {
+    /// The triangles.
+    pub mesh: Arc<Mesh>,
+    /// One unit of its coordinates [m].
+    pub unit: f64,
+}
+
+fn origin() -> Place {
+    [Length::new(0.0); 3]
 }
 
 fn si(place: &Place) -> [f64; 3] {
@@ -92,6 +118,9 @@ impl Solid {
                 let square = dot(r, r);
                 square < outer * outer && square >= inner * inner
             }
+            Solid::Mesh { at, surface, .. } => {
+                surface.as_ref().is_some_and(|s| s.mesh.holds(minus(x, si(at)).map(|x| x / s.unit)))
+            }
             Solid::Union(parts) => parts.iter().any(|s| s.holds(x)),
             Solid::Intersection(parts) => parts.iter().all(|s| s.holds(x)),
             Solid::Difference(parts) => parts[0].holds(x) && !parts[1..].iter().any(|s| s.holds(x)),
@@ -114,6 +143,14 @@ impl Solid {
                 (std::array::from_fn(|d| a[d].min(b[d]) - reach[d]), std::array::from_fn(|d| a[d].max(b[d]) + reach[d]))
             }
             Solid::Box { from, to } => (si(from), si(to)),
+            Solid::Mesh { at, surface, .. } => {
+                let (at, none) = (si(at), ([0.0; 3], [0.0; 3]));
+                let (low, high) = surface.as_ref().map_or(none, |s| {
+                    let (low, high) = s.mesh.bounds();
+                    (low.map(|x| x * s.unit), high.map(|x| x * s.unit))
+                });
+                (std::array::from_fn(|d| at[d] + low[d]), std::array::from_fn(|d| at[d] + high[d]))
+            }
             Solid::Union(parts) => join(parts, f64::min, f64::max),
             Solid::Intersection(parts) => join(parts, f64::max, f64::min),
             Solid::Difference(parts) => parts[0].bounds(),
@@ -130,9 +167,37 @@ impl Solid {
                 dot(axis, axis).sqrt().min(diameter.si())
             }
             Solid::Shell { thickness, .. } => thickness.si(),
-            Solid::Box { .. } | Solid::Intersection(_) => least(self.bounds()),
+            Solid::Box { .. } | Solid::Mesh { .. } | Solid::Intersection(_) => least(self.bounds()),
             Solid::Union(parts) => parts.iter().map(|s| s.thinnest(axes)).fold(f64::INFINITY, f64::min),
             Solid::Difference(parts) => parts[0].thinnest(axes),
+        }
+    }
+
+    /// Puts the surfaces of `find` into all meshes of it.
+    ///
+    /// # Errors
+    /// The name of the first mesh that `find` does not know.
+    pub fn resolve(&mut self, find: &impl Fn(&str) -> Option<Surface>) -> Result<(), String> {
+        match self {
+            Solid::Mesh { name, surface, .. } => {
+                *surface = find(name);
+                if surface.is_some() { Ok(()) } else { Err(name.clone()) }
+            }
+            Solid::Union(parts) | Solid::Intersection(parts) | Solid::Difference(parts) => {
+                parts.iter_mut().try_for_each(|part| part.resolve(find))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Whether it has a mesh whose file has not been read.
+    pub fn is_open(&self) -> bool {
+        match self {
+            Solid::Mesh { surface, .. } => surface.is_none(),
+            Solid::Union(parts) | Solid::Intersection(parts) | Solid::Difference(parts) => {
+                parts.iter().any(Solid::is_open)
+            }
+            _ => false,
         }
     }
 
@@ -150,6 +215,7 @@ impl Solid {
                 let edge = to[d].si() - from[d].si();
                 positive(["width along x", "width along y", "width along z"][d], edge)
             }),
+            Solid::Mesh { .. } => None,
             Solid::Shell { diameter, thickness, .. } => positive("diameter", diameter.si())
                 .or_else(|| positive("wall thickness", thickness.si()))
                 .or_else(|| {

@@ -1,20 +1,25 @@
 //! The stage `impact`.
 use crate::bodies::{Piece, pieces};
+use crate::fault;
 use crate::material::{Law, Switches};
 use crate::params::{Params, SpaceChoice};
+use crate::probes::Following;
 use crate::result::{Body, Impact, Ledger, Snapshot};
 use crate::scene::{self, Layout};
-use crate::step::{Setting, State, Stop};
+use crate::step::{Setting, State};
 use crate::{ledger, melt};
 use hvi_eos::{Eos, EosResult};
-use hvi_kit::{Ctx, Invalid, Needs, Places, Stage, StageError};
+use hvi_kit::{Ctx, File, Invalid, Needs, Places, Stage, StageError};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 hvi_kit::inputs! {
     /// Fitted equations of state, where a body names one.
     pub struct ImpactInputs {
         /// Keys `projectile.eos`, `plate.eos`, `plates.NAME.eos`, `bodies.NAME.eos`, each optional: without it the material's own holds.
         eos: Places<EosResult>,
+        /// Surfaces, at `meshes.NAME.file`: STL files, text or binary.
+        file: Places<File>,
     }
 }
 
@@ -31,6 +36,13 @@ impl Stage for ImpactStage {
 
     fn check(params: &Params) -> Result<(), Invalid> {
         params.check()
+    }
+
+    fn check_files(params: &Params, files: &BTreeMap<String, File>) -> Result<(), Invalid> {
+        if params.meshes.is_empty() && files.is_empty() && !params.has_open_meshes() {
+            return Ok(());
+        }
+        params.with_meshes(files)?.check()
     }
 
     fn cost(params: &Params) -> f64 {
@@ -60,6 +72,8 @@ impl Stage for ImpactStage {
     }
 
     fn run(params: &Params, inputs: ImpactInputs, ctx: &Ctx<'_>) -> Result<Impact, StageError> {
+        let meshed = params.with_meshes(&inputs.file.0);
+        let params = &meshed.map_err(|e| StageError::physics(format_args!("{}: {}", e.key, e.why)))?;
         match params.space {
             SpaceChoice::Line => run::<1>(params, inputs, ctx),
             SpaceChoice::Axisymmetric => run::<2>(params, inputs, ctx),
@@ -72,8 +86,6 @@ impl Stage for ImpactStage {
 const ENTRIES: usize = 100;
 /// Size of a particle in a snapshot [B].
 const KEPT: f64 = 51.0;
-/// Largest energy drift a run may end with: a thousand times what rounding makes of 1e6 particles and 1e4 steps.
-const DRIFT: f64 = 1e-8;
 
 /// A run under way and what it has to show so far: what a checkpoint holds.
 #[derive(Serialize, Deserialize)]
@@ -83,6 +95,7 @@ struct Progress<const D: usize> {
     entries: Vec<Ledger>,
     snapshots: Vec<Snapshot>,
     next_entry: usize,
+    following: Option<Following>,
 }
 
 fn run<const D: usize>(params: &Params, inputs: ImpactInputs, ctx: &Ctx<'_>) -> Result<Impact, StageError> {
@@ -95,15 +108,20 @@ fn run<const D: usize>(params: &Params, inputs: ImpactInputs, ctx: &Ctx<'_>) -> 
     let mut run: Progress<D> = ctx.resume().unwrap_or_else(|| {
         let state = State::new(scene::particles::<D>(params, &layout, &densities), &setting);
         let bodies = bodies(&pieces, &state, layout.multiple, &densities);
-        Progress { entries: vec![entry(&state, None)], bodies, state, snapshots: Vec::new(), next_entry: 1 }
+        let following = params.probes.as_ref().map(|probes| Following::new(probes, &state, &setting, &layout));
+        let entries = vec![entry(&state, None)];
+        Progress { entries, bodies, state, snapshots: Vec::new(), next_entry: 1, following }
     });
     for until in output_times(params, layout.end).split_off(run.snapshots.len()) {
         while run.state.time < until {
-            run.state.step(&setting, until).map_err(|stop| failure(&stop, &run.state, &setting, &run.bodies))?;
+            run.state.step(&setting, until).map_err(|stop| fault::stopped(&stop, &run.state, &setting, &run.bodies))?;
+            if let Some(following) = &mut run.following {
+                following.step(&run.state, &setting, &layout);
+            }
             if run.state.time >= layout.end * run.next_entry as f64 / ENTRIES as f64 || run.state.time >= until {
                 run.next_entry = 1 + (ENTRIES as f64 * run.state.time / layout.end) as usize;
                 run.entries.push(entry(&run.state, Some(&run.entries[0])));
-                check_drift(run.entries.last().expect("just pushed"))?;
+                fault::check_drift(&run.entries, &run.state, &setting, &run.bodies)?;
             }
             ctx.save(|| &run);
             ctx.tick(run.state.time, layout.end, "stepping")?;
@@ -111,7 +129,7 @@ fn run<const D: usize>(params: &Params, inputs: ImpactInputs, ctx: &Ctx<'_>) -> 
         let space = scene::space(params.space);
         run.snapshots.push(melt::snapshot(&run.state, &setting, space, layout.multiple, run.bodies[0].mass));
     }
-    let Progress { state, bodies, entries, snapshots, .. } = run;
+    let Progress { state, bodies, entries, snapshots, following, .. } = run;
     let leading = [0.001, 0.01, 0.05].map(|share| ledger::leading(&state.particles, 0, share));
     let size = params.projectile.size().min(params.plate.thickness.si());
     Ok(Impact {
@@ -121,6 +139,8 @@ fn run<const D: usize>(params: &Params, inputs: ImpactInputs, ctx: &Ctx<'_>) -> 
         velocity: params.velocity.si(),
         diameter: layout.diameter,
         thickness: params.plate.thickness.si(),
+        angle: params.tilt(),
+        probes: following.map(Following::done).unwrap_or_default(),
         notes: notes(params, &layout, &state, &bodies, &entries),
         bodies,
         snapshots,
@@ -174,54 +194,6 @@ fn output_times(params: &Params, end: f64) -> Vec<f64> {
     times.sort_by(f64::total_cmp);
     times.dedup();
     times
-}
-
-fn check_drift(entry: &Ledger) -> Result<(), StageError> {
-    if entry.drift.abs() <= DRIFT {
-        return Ok(());
-    }
-    Err(StageError::physics(format_args!(
-        "step {}, {:.4} us: energy has drifted by {:.2e} of the start's, {DRIFT:.0e} is allowed; this is a fault of the \
-         program, please report the parameters",
-        entry.step,
-        entry.time * 1e6,
-        entry.drift
-    )))
-}
-
-/// Says where and what, and what to do.
-fn failure<const D: usize>(stop: &Stop, state: &State<D>, setting: &Setting<D>, bodies: &[Body]) -> StageError {
-    let (i, what) = match *stop {
-        Stop::Lost(i) => (i, "its position is not within 5e8 cells of the origin".to_string()),
-        Stop::NotFinite(i) => {
-            let p = &state.particles[i];
-            (
-                i,
-                format!(
-                    "energy {:e} J/kg, V/V0 {:.4e}, pressure {:e} Pa must all be finite",
-                    p.energy, p.ratio, p.pressure
-                ),
-            )
-        }
-        Stop::Collapsed(i, dt) => {
-            (i, format!("it asks for a time step of {dt:.2e} s, at least {:.2e} s is allowed", 1e-3 * state.first_dt))
-        }
-    };
-    let p = &state.particles[i];
-    StageError::physics(format_args!(
-        "step {}, {:.4} us: particle {} of the {} at {:?} mm, {:?} m/s (V/V0 {:.4e}, {:.4e} J/kg, sound speed {:.4e} m/s): \
-         {what}; try a smaller cfl, or a different number of cells ({:.4} mm now)",
-        state.steps,
-        state.time * 1e6,
-        p.id,
-        bodies[p.body as usize].name,
-        p.position.map(|x| x * 1e3),
-        p.velocity,
-        p.ratio,
-        p.energy,
-        p.sound_speed,
-        setting.cell * 1e3
-    ))
 }
 
 /// What a reader of the result must know.

@@ -23,9 +23,17 @@ fn plugged_equation_of_state() {
     let own: Params = serde_json::from_value(planar(material.clone(), material, 3000.0, 50, &[], 1e-6)).unwrap();
     let other: Params = serde_json::from_value(planar(shipped.clone(), shipped, 3000.0, 50, &[], 1e-6)).unwrap();
     let result = |key: &str| (key.to_string(), EosResult { eos: eos.clone(), source: "test".into(), fit: None });
-    let inputs = ImpactInputs { eos: Places([result("projectile.eos"), result("plate.eos")].into()) };
+    let inputs = ImpactInputs {
+        eos: Places([result("projectile.eos"), result("plate.eos")].into()),
+        file: Places(Default::default()),
+    };
     let plugged = ImpactStage::run(&other, inputs, &Ctx::quiet()).unwrap();
-    let expected = ImpactStage::run(&own, ImpactInputs { eos: Places(Default::default()) }, &Ctx::quiet()).unwrap();
+    let expected = ImpactStage::run(
+        &own,
+        ImpactInputs { eos: Places(Default::default()), file: Places(Default::default()) },
+        &Ctx::quiet(),
+    )
+    .unwrap();
     assert_eq!(plugged.snapshots, expected.snapshots);
 }
 

@@ -20,6 +20,8 @@ fn impact(space: Space, cell: f64, snapshots: Vec<(f64, Particles)>) -> Impact {
         bodies: vec![body],
         snapshots,
         ledger: vec![],
+        angle: 0.0,
+        probes: vec![],
         leading: [0.0; 3],
         notes: vec![],
     }

@@ -21,6 +21,8 @@ fn impact(v: f64, diameter: f64, thickness: f64, eta: f64) -> Impact {
         bodies: vec![body("projectile"), body("plate")],
         snapshots: vec![Snapshot { time: 5e-6, particles: Default::default(), melt: vec![melt, plate] }],
         ledger: vec![],
+        angle: 0.0,
+        probes: vec![],
         leading: [0.0; 3],
         notes: vec![],
     }
@@ -264,4 +266,17 @@ fn the_result_reads_back_and_shows_what_the_paper_shows() {
     let View::Table(t) = &views[0] else { panic!("the parameters come first") };
     assert!(t.note.contains("N = 6.0 cells"), "{}", t.note);
     assert_eq!(t.rows[2].last().unwrap(), &Cell::Number(-0.6963));
+}
+
+/// The law is one of normal impacts on one plate: other runs are named, not fitted.
+#[test]
+fn runs_the_law_says_nothing_of_are_refused() {
+    let runs = sweep(2.5e-3, table4);
+    let say = |run: Impact| refined(&params(), [runs.clone(), vec![run]].concat(), vec![], vec![]).unwrap_err();
+    let oblique = say(Impact { angle: std::f64::consts::FRAC_PI_6, ..runs[3].clone() });
+    assert!(oblique.contains("oblique, by 30.000 deg"), "{oblique}");
+    let mut shield = runs[3].clone();
+    shield.bodies.push(Body { name: "wall".into(), ..shield.bodies[1].clone() });
+    let shield = say(shield);
+    assert!(shield.contains("has 1 more bodies") && shield.contains("`wall`"), "{shield}");
 }

@@ -2,16 +2,23 @@
 #![allow(dead_code, reason = "each test binary uses its part")]
 use hvi_impact::result::{Impact, Particles};
 use hvi_impact::{ImpactInputs, ImpactStage, Params};
-use hvi_kit::{Ctx, Places, Stage, StageError};
+use hvi_kit::{Ctx, File, Places, Stage, StageError};
 use serde_json::{Value, json};
+use std::collections::BTreeMap;
 
 /// Runs the stage as the executor would: parse, check, write back in canonical form, read again, run.
 pub fn try_run(params: Value, ctx: &Ctx<'_>) -> Result<Impact, StageError> {
+    try_run_with(params, Default::default(), ctx)
+}
+
+/// The same, with files by key.
+pub fn try_run_with(params: Value, files: BTreeMap<String, File>, ctx: &Ctx<'_>) -> Result<Impact, StageError> {
     let params: Params = serde_json::from_value(params).expect("parameters");
     ImpactStage::check(&params).expect("in range");
+    ImpactStage::check_files(&params, &files).expect("in range");
     let canonical = serde_json::to_value(&params).expect("plain data");
     let params: Params = serde_json::from_value(canonical).expect("canonical parameters");
-    ImpactStage::run(&params, ImpactInputs { eos: Places(Default::default()) }, ctx)
+    ImpactStage::run(&params, ImpactInputs { eos: Places(Default::default()), file: Places(files) }, ctx)
 }
 
 pub fn run(params: Value) -> Impact {
