@@ -323,6 +323,7 @@ impl Writer<'_> {
                     View::Figure(f) => (&f.title, "svg", figure::svg(f).into_bytes()),
                     View::Picture(p) => (&p.title, "png", figure::png(p)),
                     View::Trajectory(t) => (&t.title, "xyz", extended_xyz::encode(t).into_bytes()),
+                    View::Text(t) => (&t.title, t.extension.as_str(), t.text.clone().into_bytes()),
                 };
                 let mut name = format!("{place}/{}.{extension}", slug(title));
                 let mut copy = 2;

@@ -275,8 +275,8 @@ pub fn blocks(views: &[View], budget: &mut Budget) -> Vec<Block> {
                     push_picture(&mut blocks, image(p, ""));
                 }
             }
-            // a file for other programs
-            View::Trajectory(_) => {}
+            // Files for other programs.
+            View::Trajectory(_) | View::Text(_) => {}
         }
     }
     blocks

@@ -1,7 +1,7 @@
 //! Nanoseconds per (V, E) -> (P, T, c, phase), one core: `cargo bench -p hvi-eos`. With `HVI_WRITE=FILE` the tables go to that file:
 //! `HVI_WRITE=$PWD/docs/eos-speed.md cargo bench -p hvi-eos --bench point` makes docs/eos-speed.md.
 use hvi_eos::handbook::Set;
-use hvi_eos::{Eos, Gray, Instructions, Points};
+use hvi_eos::{Eos, Gray, Instructions, Patches, Points};
 use std::fmt::Write;
 use std::hint::black_box;
 use std::time::Instant;
@@ -41,10 +41,50 @@ fn main() {
             eos.evaluate_with(set, black_box(&s.volume), &s.energy, out);
         });
     }
+    curve(&mut text, &gray, &all);
     print!("{text}");
     if let Some(path) = std::env::var_os("HVI_WRITE") {
         std::fs::write(path, text).expect("the file can be written");
     }
+}
+
+/// Error against time: the patches, from coarse to fine, and the formulas.
+fn curve(text: &mut String, gray: &Gray, all: &[States]) {
+    let _ = writeln!(
+        text,
+        "\n## Error against time\n\nGRAY in patches of polynomials (`accuracy` of an equation of state), built to a stated error: of P relative to \
+         the larger of |P| and rho0 C^2/100, of T to the larger of T and T0, of the sound speed, of the share of liquid. Nanoseconds as \
+         above, `evaluate` on {}; the vapour is GRAY's own formula throughout.\n\n\
+         | stated | found | patches | MB | built in ms | {} | one at a time, mixture |\n|---|---|---|---|---|{}---|",
+        Instructions::best().name(),
+        NAMES.join(" | "),
+        "---|".repeat(NAMES.len())
+    );
+    for accuracy in [1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7] {
+        let Ok(patches) = Patches::new(gray.clone(), accuracy) else { continue };
+        let built = 1e3 * best(3, || drop(black_box(Patches::new(gray.clone(), accuracy))));
+        let (found, (count, bytes)) = (patches.errors().largest(), patches.size());
+        let _ = write!(text, "| {accuracy:.0e} | {found:.1e} | {count} | {:.2} | {built:.1} |", bytes as f64 / 1e6);
+        times(text, &Eos::Patches(patches), all);
+    }
+    let _ = write!(text, "| formulas | 0 | | | |");
+    times(text, &Eos::Gray(gray.clone()), all);
+}
+
+/// The nanoseconds of one equation of state: each kind of states, then the mixture one at a time.
+fn times(text: &mut String, eos: &Eos, all: &[States]) {
+    let mut out = Points::default();
+    for s in all {
+        let seconds = best(30, || eos.evaluate(black_box(&s.volume), &s.energy, &mut out));
+        let _ = write!(text, " {:.1} |", seconds / s.volume.len() as f64 * 1e9);
+    }
+    let mixture = &all[all.len() - 1];
+    let seconds = best(30, || {
+        for i in 0..mixture.volume.len() {
+            out.set(i, eos.point(black_box(mixture.volume[i]), mixture.energy[i]));
+        }
+    });
+    let _ = writeln!(text, " {:.1} |", seconds / mixture.volume.len() as f64 * 1e9);
 }
 
 /// States by regime, from V and T, and the mixture.

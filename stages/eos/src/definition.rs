@@ -1,7 +1,7 @@
 //! An equation of state as people write it, in a file or a pipeline: a published set by its name, or a model with its parameters.
 use crate::handbook::Set;
 use crate::model::{gray, mie_gruneisen, tillotson};
-use crate::{Eos, EosError, EosResult, Gray, IdealGas, MieGruneisen, StiffenedGas, Tillotson};
+use crate::{Eos, EosError, EosResult, Gray, IdealGas, MieGruneisen, Patches, StiffenedGas, Tillotson};
 use hvi_kit::Invalid;
 use hvi_kit::units::{
     Density, ElectronicHeat, MolarMass, Pressure, SpecificEnergy, SpecificHeat, SpecificVolume, Temperature, Velocity,
@@ -9,7 +9,7 @@ use hvi_kit::units::{
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// An equation of state: exactly one key but `source`.
+/// An equation of state: exactly one key but `source` and `accuracy`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Definition {
@@ -31,6 +31,9 @@ pub struct Definition {
     /// An ideal gas with these parameters.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ideal_gas: Option<IdealGasParameters>,
+    /// Of GRAY: a table to this relative error (1e-9 to 0.1) in place of the formulas, for speed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<f64>,
     /// Where the parameters come from.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub source: Option<String>,
@@ -205,6 +208,10 @@ impl Definition {
         let mut d = Definition { source: Some(result.source.clone()), ..Definition::default() };
         match &result.eos {
             Eos::Gray(m) => d.gray = Some(m.parameters().into()),
+            Eos::Patches(m) => {
+                d.gray = Some(m.gray().parameters().into());
+                d.accuracy = Some(m.accuracy());
+            }
             Eos::MieGruneisen(m) => d.mie_gruneisen = Some(m.parameters().into()),
             Eos::Tillotson(m) => d.tillotson = Some(m.parameters().into()),
             Eos::StiffenedGas(m) => d.stiffened_gas = Some(m.into()),
@@ -222,7 +229,7 @@ impl Definition {
         let others = [self.set.is_some(), self.gray.is_some(), self.tillotson.is_some()];
         let gases = [self.stiffened_gas.is_some(), self.ideal_gas.is_some()];
         match &self.mie_gruneisen {
-            Some(p) if !others.iter().chain(&gases).any(|given| *given) => {
+            Some(p) if self.accuracy.is_none() && !others.iter().chain(&gases).any(|given| *given) => {
                 MieGruneisen::check(&p.into()).map_err(|e| Invalid::new("mie_gruneisen", e.to_string()))
             }
             _ => self.make().map(drop),
@@ -264,12 +271,30 @@ impl Definition {
         }
         let given = || self.set.map_or("parameters given by the user", Set::source).to_string();
         match <[Eos; 1]>::try_from(found) {
-            Ok([eos]) => Ok(EosResult { eos, source: self.source.clone().unwrap_or_else(given), fit: None }),
+            Ok([eos]) => Ok(EosResult {
+                eos: self.in_patches(eos)?,
+                source: self.source.clone().unwrap_or_else(given),
+                fit: None,
+            }),
             Err(all) => {
                 let sets = Set::ALL.map(Set::name).join(", ");
                 let why = format!("{} of {KEYS} are given, exactly one is wanted; sets are {sets}", all.len());
                 Err(Invalid::new("set", why))
             }
+        }
+    }
+}
+
+impl Definition {
+    /// `eos`, in patches where an accuracy is given.
+    fn in_patches(&self, eos: Eos) -> Result<Eos, Invalid> {
+        let wrong = |why: String| Invalid::new("accuracy", why);
+        match (eos, self.accuracy) {
+            (eos, None) => Ok(eos),
+            (Eos::Gray(gray), Some(accuracy)) => {
+                Patches::new(gray, accuracy).map(Eos::Patches).map_err(|e| wrong(e.to_string()))
+            }
+            (other, Some(_)) => Err(wrong(format!("is given for {}: only GRAY is tabulated so", other.name()))),
         }
     }
 }

@@ -1,4 +1,5 @@
 //! The one interface to every equation of state: a closed enum, and what it answers.
+use crate::model::gray::patches::Patches;
 use crate::model::stiffened_gas::StiffenedGas;
 use crate::model::{gray::Gray, ideal_gas::IdealGas, mie_gruneisen::MieGruneisen, tabulated::Tabulated};
 use crate::model::{relax, tillotson::Tillotson};
@@ -50,6 +51,8 @@ pub struct EosError {
 pub enum Eos {
     /// Royce's three-phase GRAY.
     Gray(Gray),
+    /// GRAY in patches of polynomials.
+    Patches(Patches),
     /// Mie-Grueneisen on the linear Us-up Hugoniot.
     MieGruneisen(MieGruneisen),
     /// Gas of constant gamma.
@@ -66,6 +69,7 @@ macro_rules! each {
     ($eos:expr, $model:ident => $answer:expr) => {
         match $eos {
             Eos::Gray($model) => $answer,
+            Eos::Patches($model) => $answer,
             Eos::MieGruneisen($model) => $answer,
             Eos::IdealGas($model) => $answer,
             Eos::StiffenedGas($model) => $answer,
@@ -80,6 +84,7 @@ impl Eos {
     pub fn name(&self) -> &'static str {
         match self {
             Eos::Gray(_) => "GRAY",
+            Eos::Patches(_) => "GRAY in patches",
             Eos::MieGruneisen(_) => "Mie-Grueneisen",
             Eos::IdealGas(_) => "ideal gas",
             Eos::StiffenedGas(_) => "stiffened gas",
@@ -116,8 +121,10 @@ impl Eos {
     pub fn evaluate_with(&self, set: Instructions, volume: &[f64], energy: &[f64], out: &mut Points) {
         assert_eq!(volume.len(), energy.len(), "as many volumes as energies");
         out.resize(volume.len());
-        if let Eos::Gray(m) = self {
-            return m.evaluate(set, volume, energy, out);
+        match self {
+            Eos::Gray(m) => return m.evaluate(set, volume, energy, out),
+            Eos::Patches(m) => return m.evaluate(set, volume, energy, out),
+            _ => {}
         }
         for i in 0..volume.len() {
             out.set(i, self.point(volume[i], energy[i]));
@@ -136,6 +143,7 @@ impl Eos {
     pub fn melting_temperature(&self, volume: f64) -> Option<f64> {
         match self {
             Eos::Gray(m) => Some(m.melting_temperature(volume)),
+            Eos::Patches(m) => Some(m.gray().melting_temperature(volume)),
             Eos::Table(m) => m.melting_temperature(volume),
             Eos::MieGruneisen(_) | Eos::IdealGas(_) | Eos::StiffenedGas(_) | Eos::Tillotson(_) => None,
         }
@@ -148,6 +156,7 @@ impl Eos {
     pub fn relaxed_volume(&self, volume: f64, energy: f64) -> f64 {
         match self {
             Eos::Gray(m) => m.relaxed_volume(volume, energy),
+            Eos::Patches(m) => m.relaxed_volume(volume, energy),
             Eos::MieGruneisen(m) => m.relaxed_volume(volume, energy),
             Eos::IdealGas(_) => volume,
             Eos::StiffenedGas(m) => m.relaxed_volume(volume, energy),

@@ -97,6 +97,7 @@ mod tests {
     use crate::definition::Linear;
     use hvi_kit::Artifact;
     use hvi_kit::units::{Density, SpecificHeat, Temperature, Velocity};
+    use hvi_kit::view::View;
 
     #[test]
     fn every_set_is_an_equation_of_state_to_look_at() {
@@ -107,7 +108,7 @@ mod tests {
             Handbook::check(&params).unwrap();
             let result = Handbook::run(&params, (), &Ctx::quiet()).unwrap();
             assert_eq!(result.eos.name(), "GRAY");
-            assert_eq!(result.views().len(), 3);
+            assert_eq!(result.views().len(), 4);
         }
     }
 
@@ -118,6 +119,9 @@ mod tests {
             let result = Definition::of(set).make().unwrap();
             let text = serde_json::to_string(&Definition::describe(&result).unwrap()).unwrap();
             assert!(text.contains(" m3/kg\""), "{text}");
+            let Some(View::Text(file)) = result.views().pop() else { panic!("the last view is the file") };
+            let read = toml::from_str::<Definition>(&file.text).unwrap().make().unwrap();
+            assert_eq!((file.extension.as_str(), read), ("toml", result.clone()));
             let again = serde_json::from_str::<Definition>(&text).unwrap().make().unwrap();
             assert_eq!(again, result);
         }

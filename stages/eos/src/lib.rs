@@ -2,7 +2,8 @@
 //!
 //! `eos.rs` the one interface, `points.rs` its answers for many states; `model/` one file a
 //! model; `curve.rs` Hugoniot and release; `landmarks.rs` melting in numbers; `handbook.rs` published parameters (stage
-//! `eos.handbook`), `definition.rs` as people write them; `curves/` what to look at (stage `eos.curves`); `tabulate.rs` tables (stages `eos.table`, `eos.sesame`); `fit/` GRAY from states (stage `eos.gray`);
+//! `eos.handbook`), `definition.rs` as people write them; `curves/` what to look at (stage `eos.curves`); `tabulate.rs` tables
+//! (stages `eos.table`, `eos.sesame`); `fit/` GRAY from states (stage `eos.gray`);
 //! `result.rs` what they pass on; `show.rs` how it looks.
 //! SI throughout: V specific volume [m3/kg], E specific energy [J/kg], P [Pa], T [K]; energy is zero at the reference
 //! state (V0, T0) of the metals.
@@ -22,6 +23,7 @@ pub use eos::{Eos, EosError, Phase, Point};
 use hvi_kit::lanes;
 pub use hvi_kit::lanes::Instructions;
 pub use model::gray::Gray;
+pub use model::gray::patches::Patches;
 pub use model::ideal_gas::IdealGas;
 pub use model::mie_gruneisen::MieGruneisen;
 pub use model::stiffened_gas::StiffenedGas;

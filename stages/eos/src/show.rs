@@ -3,11 +3,12 @@
 pub(crate) mod curves;
 mod overheating;
 mod surface;
+use crate::definition::Definition;
 use crate::fit::{FitReport, Residual};
 use crate::handbook::{COPPER_MOLAR_MASS, Set};
 use crate::model::gray::{Gray, Parameters};
-use crate::{Eos, EosResult};
-use hvi_kit::view::{Axis, Cell, Figure, Series, Style, Table, View};
+use crate::{Eos, EosResult, Patches};
+use hvi_kit::view::{Axis, Cell, Figure, Series, Style, Table, Text, View};
 
 /// Everything to look at.
 pub(crate) fn views(result: &EosResult) -> Vec<View> {
@@ -25,6 +26,7 @@ pub(crate) fn views(result: &EosResult) -> Vec<View> {
         }
         views.push(View::Figure(isotherms(fit)));
         views.push(View::Figure(misfit(fit)));
+        views.extend(pulls(fit).map(View::Figure));
     }
     views.push(View::Figure(compression(&result.eos)));
     if let Eos::Gray(gray) = &result.eos {
@@ -33,7 +35,67 @@ pub(crate) fn views(result: &EosResult) -> Vec<View> {
         }
         views.push(View::Figure(melting(gray, result)));
     }
+    if let Eos::Patches(patches) = &result.eos {
+        views.push(View::Table(errors(patches)));
+    }
+    views.extend(file(result).map(View::Text));
     views
+}
+
+/// What `hvi-flow eos` reads; `None` for a table of states.
+fn file(result: &EosResult) -> Option<Text> {
+    let text = toml::to_string(&Definition::describe(result)?).ok()?;
+    Some(Text { title: "equation of state".into(), extension: "toml".into(), text })
+}
+
+/// How far the patches are from the formulas.
+fn errors(patches: &Patches) -> Table {
+    let (e, (count, bytes)) = (patches.errors(), patches.size());
+    let row = |what: &str, of: &str, x: f64| -> Vec<Cell> { vec![what.into(), of.into(), x.into()] };
+    Table {
+        title: "Errors of the patches".into(),
+        columns: ["error", "relative to", "largest"].map(|c| (c.to_string(), String::new())).into(),
+        rows: vec![
+            row("pressure", "the larger of |P| and rho0 C^2/100", e.pressure),
+            row("temperature", "the larger of T and T0", e.temperature),
+            row("sound speed", "the larger of c and C/4", e.sound_speed),
+            row("share of liquid", "1", e.liquid),
+            row("energies at the borders of phases", "the solid's from T = 0 to melting", e.border),
+        ],
+        note: format!(
+            "{count} patches, {:.2} MB, built to {:e}: each the largest found between the nodes of every patch.",
+            bytes as f64 / 1e6,
+            patches.accuracy()
+        ),
+    }
+}
+
+/// Pulls of the states over V/V0; `None` where the states have no errors.
+fn pulls(fit: &FitReport) -> Option<Figure> {
+    let of = |solid: bool, k: usize| -> Vec<(f64, f64)> {
+        let shown = fit.residuals.iter().filter(|r| r.solid == solid);
+        shown.filter_map(|r| Some((r.ratio, r.pulls()[k]?))).collect()
+    };
+    let all: Vec<f64> = fit.residuals.iter().filter(|r| r.solid).filter_map(|r| r.pulls()[0]).collect();
+    let within = |n: f64| all.iter().filter(|p| p.abs() <= n).count();
+    let series = vec![
+        Series::new("pressure, solid (fitted)", Style::Dots, of(true, 0)),
+        Series::new("pressure, liquid (predicted)", Style::Circles, of(false, 0)),
+        Series::new("temperature", Style::Crosses, [of(true, 1), of(false, 1)].concat()),
+    ];
+    (!all.is_empty()).then(|| Figure {
+        title: "Pulls of the states".into(),
+        x: Axis::linear("V/V0", ""),
+        y: Axis::linear("state minus fit, in standard errors of the state", ""),
+        series,
+        note: format!(
+            "Of {} pressures of the solid {} lie within one standard error of the state and {} within two; were the model exact, 68 % and \
+             95 % would. What is beyond is the model's own misfit, which outweighs the statistics.",
+            all.len(),
+            within(1.0),
+            within(2.0)
+        ),
+    })
 }
 
 /// The seven parameters in the paper's units and order.

@@ -172,6 +172,17 @@ pub struct Trajectory {
     pub frames: Vec<Frame>,
 }
 
+/// A text to take along: a result as a file that a program reads.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Text {
+    /// Heading; also the name of its file.
+    pub title: String,
+    /// The file's extension, e.g. `"toml"`.
+    pub extension: String,
+    /// Its content.
+    pub text: String,
+}
+
 /// Something to look at.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[expect(missing_docs, reason = "the variants' types say it")]
@@ -180,4 +191,5 @@ pub enum View {
     Figure(Figure),
     Picture(Picture),
     Trajectory(Trajectory),
+    Text(Text),
 }

@@ -255,6 +255,8 @@ fn the_result_reads_back_and_shows_what_the_paper_shows() {
             View::Table(t) => t.title.as_str(),
             View::Figure(f) => f.title.as_str(),
             View::Picture(p) => p.title.as_str(),
+            View::Trajectory(t) => t.title.as_str(),
+            View::Text(t) => t.title.as_str(),
         })
         .collect();
     assert_eq!(titles.len(), 9, "{titles:?}");

@@ -44,6 +44,15 @@ pub struct Residual {
     pub model_pressure: f64,
     /// The model's temperature at the state's (V, E), by the method of the fit [K].
     pub model_temperature: f64,
+    /// The state's standard errors of pressure and temperature [Pa, K], that of its energy as a temperature included.
+    pub errors: [f64; 2],
+}
+impl Residual {
+    /// State minus model in units of the state's standard errors, of pressure and of temperature; `None` where it has none.
+    pub fn pulls(&self) -> [Option<f64>; 2] {
+        let off = [self.pressure - self.model_pressure, self.temperature - self.model_temperature];
+        [0, 1].map(|k| (self.errors[k] > 0.0).then(|| off[k] / self.errors[k]))
+    }
 }
 
 /// The fit, for people and for later stages.
@@ -187,6 +196,7 @@ fn residuals(data: &Data, fit: &Fit, method: Method) -> Vec<Residual> {
         pressure: r.pressure,
         model_pressure: fit.gray.branch_at(r.volume, r.temperature, r.branch).pressure,
         model_temperature: two_stage::temperature(&fit.gray, r, method),
+        errors: r.errors,
     };
     data.rows.iter().map(of).collect()
 }

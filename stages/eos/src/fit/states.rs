@@ -16,6 +16,8 @@ pub(super) struct Row {
     /// What the residuals are divided by: 1 GPa and 1 K, or the standard errors [Pa, K].
     pub pressure_scale: f64,
     pub temperature_scale: f64,
+    /// Standard errors of pressure and temperature [Pa, K], that of the energy as a temperature included.
+    pub errors: [f64; 2],
     /// Index of its isochore.
     pub isochore: usize,
 }
@@ -86,12 +88,11 @@ impl Data {
         isochores.dedup_by(|a, b| (*a - *b).abs() < 1e-6 * *b);
         let heat = 3.0 * GAS_CONSTANT / molar_mass;
         let row = |s: &State| {
-            let (pressure_scale, temperature_scale) = match weights {
-                Weights::Uniform => (1e9, 1.0),
-                Weights::Errors => {
-                    let energy = s.energy_error / heat;
-                    (s.pressure_error, sqrt(s.temperature_error * s.temperature_error + energy * energy))
-                }
+            let energy = s.energy_error / heat;
+            let errors = [s.pressure_error, sqrt(s.temperature_error * s.temperature_error + energy * energy)];
+            let [pressure_scale, temperature_scale] = match weights {
+                Weights::Uniform => [1e9, 1.0],
+                Weights::Errors => errors,
             };
             Row {
                 volume: s.volume,
@@ -101,6 +102,7 @@ impl Data {
                 branch: if s.phase == Phase::Solid { Branch::Solid } else { Branch::Liquid },
                 pressure_scale,
                 temperature_scale,
+                errors,
                 isochore: isochores.partition_point(|&v| v < s.volume * (1.0 - 1e-6)),
             }
         };

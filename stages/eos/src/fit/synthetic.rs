@@ -87,6 +87,7 @@ fn true_data(set: Set, seed: u64) -> Data {
         branch: if s.phase == hvi_md::Phase::Solid { Branch::Solid } else { Branch::Liquid },
         pressure_scale: 1e9,
         temperature_scale: 1.0,
+        errors: [0.0; 2],
         isochore: 0,
     };
     Data {
@@ -306,7 +307,7 @@ fn resampling_agrees_with_the_covariance() {
     assert_eq!(fit(&params, &made, &[], &Ctx::quiet()).unwrap(), result);
     assert_eq!(EosResult::decode(&result.encode()).unwrap(), result);
     let views = result.views();
-    assert_eq!(views.len(), 10);
+    assert_eq!(views.len(), 12);
     let isochores = views.iter().find_map(|v| match v {
         View::Figure(f) if f.title == "Isochores and overheating" => Some(f),
         _ => None,

@@ -14,11 +14,11 @@ impl Gray {
     }
 }
 
-struct Batch<'a> {
-    gray: &'a Gray,
-    volume: &'a [f64],
-    energy: &'a [f64],
-    out: &'a mut Points,
+pub(super) struct Batch<'a> {
+    pub gray: &'a Gray,
+    pub volume: &'a [f64],
+    pub energy: &'a [f64],
+    pub out: &'a mut Points,
 }
 
 /// States of one regime that wait for their turn: for each its place, u (or V in the vapour), E and functions of volume.

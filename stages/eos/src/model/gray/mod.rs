@@ -1,7 +1,7 @@
 //! GRAY: Royce's three-phase equation of state of metals, complete and thermodynamically consistent.
 //!
 //! `parameters.rs` what it takes; `cold.rs` functions of volume; `dense.rs` solid to hot liquid; `vapour.rs` beyond V_J;
-//! `batch.rs` eight states at a time.
+//! `batch.rs` eight states at a time; `patches.rs` polynomials in their place, to a stated error.
 //!
 //! E. B. Royce, UCRL-51121 (1971), after R. Grover, J. Chem. Phys. 55, 3435 (1971) and D. A. Young and B. J. Alder, Phys. Rev.
 //! A 3, 364 (1971), as used by Y. Liu, H.-K. Wang and X. Zhang (2013), eqs 21-30. Changes: the electronic coefficient
@@ -11,6 +11,7 @@ mod batch;
 mod cold;
 mod dense;
 mod parameters;
+pub mod patches;
 mod vapour;
 pub use parameters::{GAS_CONSTANT, Parameters};
 

@@ -1,0 +1,193 @@
+//! GRAY in patches: polynomials between its own borders, built to a stated error, in place of its formulas.
+//!
+//! The solid, the melting band, the liquid and the hot liquid each fill the strip between two borders E_k(V); in a strip,
+//! `y = (E - E_k)/(E_(k+1) - E_k)` runs from 0 to 1 and everything is smooth. A strip is cut into columns of y and rows of V0/V:
+//! in y polynomials of degree 5 through Chebyshev-Lobatto nodes, in V0/V cubic Hermite on the slopes at the nodes. Both meet their
+//! neighbours' values at every edge, so P and T are continuous across borders of phases and patches alike.
+//!
+//! `grid.rs` where a state lies and what is read there; `line.rs` how a patch comes about; `many.rs` many states at once.
+mod grid;
+mod line;
+mod many;
+
+use super::{Gray, Parameters};
+use crate::lanes::{Eight, Work};
+use crate::{EosError, Instructions, Point, Points};
+use grid::{Grid, LEAST_LIQUID, MOST_LIQUID, PHASES, Patch, Place, REGIMES, split};
+use many::Many;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// What a [`Patches`] is made of.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PatchParameters {
+    /// GRAY's.
+    pub gray: Parameters,
+    /// Largest error allowed, see [`PatchErrors`].
+    pub accuracy: f64,
+}
+
+/// Largest errors, found between the nodes of every patch.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PatchErrors {
+    /// Of P, relative to the larger of |P| and rho0 C^2/100 (copper: 1.4 GPa).
+    pub pressure: f64,
+    /// Of T, relative to the larger of T and T0.
+    pub temperature: f64,
+    /// Of the sound speed, relative to the larger of it and C/4 (it is nearly 0 where cold matter is expanded to tearing).
+    pub sound_speed: f64,
+    /// Of the share of liquid.
+    pub liquid: f64,
+    /// Of the energies at the borders, relative to the solid's width. So near to a border the phase, and with it the sound
+    /// speed, which jumps there, may be the other side's.
+    pub border: f64,
+}
+impl PatchErrors {
+    /// The largest of them.
+    pub fn largest(&self) -> f64 {
+        [self.temperature, self.sound_speed, self.liquid, self.border].into_iter().fold(self.pressure, f64::max)
+    }
+    fn or(self, other: PatchErrors) -> PatchErrors {
+        PatchErrors {
+            pressure: self.pressure.max(other.pressure),
+            temperature: self.temperature.max(other.temperature),
+            sound_speed: self.sound_speed.max(other.sound_speed),
+            liquid: self.liquid.max(other.liquid),
+            border: self.border.max(other.border),
+        }
+    }
+}
+
+/// GRAY in patches; the vapour, matter denser than x = [`Parameters::cap`] and the hot liquid beyond thrice its coldest
+/// temperature are GRAY's own formulas still.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(try_from = "PatchParameters", into = "PatchParameters")]
+pub struct Patches {
+    gray: Box<Gray>,
+    accuracy: f64,
+    grid: Grid,
+    errors: PatchErrors,
+}
+
+/// Patches at most: 24 MB, beyond any cache.
+const MOST: usize = 1 << 15;
+
+impl Patches {
+    /// Refines until the error is within `accuracy`.
+    ///
+    /// # Errors
+    /// [`EosError`] where `accuracy` is not between 1e-9 and 0.1, or can't be reached with patches that fit a cache.
+    pub fn new(gray: Gray, accuracy: f64) -> Result<Patches, EosError> {
+        let wrong = |why| Err(EosError { name: "GRAY in patches", parameter: "accuracy", why });
+        if !(1e-9..=0.1).contains(&accuracy) {
+            return wrong(format!("is {accuracy}, must lie between 1e-9 and 0.1"));
+        }
+        let (mut rows, mut columns) = (16, [1; REGIMES]);
+        let mut best = f64::INFINITY;
+        while rows * columns.iter().sum::<usize>() <= MOST {
+            let grid = Grid::new(&gray, rows, columns);
+            let mut across = grid.errors(&gray, &[0.0]);
+            let within =
+                grid.errors(&gray, &[0.25, 0.5, 0.75]).into_iter().fold(PatchErrors::default(), PatchErrors::or);
+            best = best.min(within.largest());
+            // A quarter is left for what lies between the places looked at.
+            if within.largest() <= 0.75 * accuracy {
+                return Ok(Patches { gray: Box::new(gray), accuracy, grid, errors: within });
+            }
+            // On a row there is no error but that of the polynomials in y: where it counts, cut those; else the rows.
+            across.iter_mut().for_each(|e| e.border = 0.0);
+            let coarse: Vec<usize> = (0..REGIMES).filter(|&k| across[k].largest() > 0.5 * accuracy).collect();
+            coarse.iter().for_each(|&k| columns[k] *= 2);
+            if coarse.is_empty() {
+                rows += rows / 2;
+            }
+        }
+        wrong(format!("is {accuracy}: {best:.1e} is the best that {MOST} patches reach"))
+    }
+
+    /// The analytic model.
+    pub fn gray(&self) -> &Gray {
+        &self.gray
+    }
+    /// The largest error allowed.
+    pub fn accuracy(&self) -> f64 {
+        self.accuracy
+    }
+    /// The errors found.
+    pub fn errors(&self) -> PatchErrors {
+        self.errors
+    }
+    /// Number of patches, and their size [B].
+    pub fn size(&self) -> (usize, usize) {
+        let n = self.grid.patches.len();
+        (n, n * size_of::<Patch>() + self.grid.borders.len() * size_of::<[[f64; 8]; 4]>())
+    }
+
+    /// Pressure, temperature, sound speed and phase at `volume` [m3/kg] and `energy` [J/kg].
+    #[inline]
+    pub fn point(&self, volume: f64, energy: f64) -> Point {
+        let mut out = None;
+        Instructions::best().run(One { of: self, volume, energy, out: &mut out });
+        out.unwrap_or_else(|| self.gray.point(volume, energy))
+    }
+
+    #[inline(always)]
+    fn read(&self, place: Place, value: &[f64; 8]) -> Point {
+        let [t, p, c2, liquid]: [f64; 4] = std::array::from_fn(|q| value[q] + place.y * value[q + 4]);
+        Point {
+            pressure: p,
+            temperature: t.max(0.0),
+            sound_speed: c2.max(self.gray.constants.floor).sqrt(),
+            phase: PHASES[place.regime],
+            liquid: liquid.max(LEAST_LIQUID[place.regime]).min(MOST_LIQUID[place.regime]),
+        }
+    }
+
+    /// See [`crate::Eos::evaluate_with`].
+    pub(crate) fn evaluate(&self, set: Instructions, volume: &[f64], energy: &[f64], out: &mut Points) {
+        set.run(Many { of: self, volume, energy, out });
+    }
+    pub(crate) fn relaxed_volume(&self, volume: f64, energy: f64) -> f64 {
+        crate::model::relax(self.gray.parameters.volume, volume, |v| self.point(v, energy).pressure)
+    }
+    pub(crate) fn reference_volume(&self) -> f64 {
+        self.gray.reference_volume()
+    }
+    pub(crate) fn reference_temperature(&self) -> f64 {
+        self.gray.reference_temperature()
+    }
+    /// GRAY's own: a table of E(V, T) would bring an error of its own.
+    pub(crate) fn energy_at(&self, volume: f64, temperature: f64) -> f64 {
+        self.gray.energy_at(volume, temperature)
+    }
+}
+
+/// One state; `None` outside all patches.
+struct One<'a> {
+    of: &'a Patches,
+    volume: f64,
+    energy: f64,
+    out: &'a mut Option<Point>,
+}
+
+impl Work for One<'_> {
+    #[inline(always)]
+    fn run<R: Eight>(self) {
+        let (row, s) = split(self.of.grid.position(self.volume * self.of.gray.constants.per_volume));
+        let place = self.of.grid.place::<R>(row, s, self.energy);
+        *self.out = place.map(|place| self.of.read(place, &self.of.grid.value::<R>(place)));
+    }
+}
+
+impl TryFrom<PatchParameters> for Patches {
+    type Error = EosError;
+    fn try_from(p: PatchParameters) -> Result<Patches, EosError> {
+        Patches::new(Gray::new(p.gray)?, p.accuracy)
+    }
+}
+impl From<Patches> for PatchParameters {
+    fn from(p: Patches) -> PatchParameters {
+        PatchParameters { gray: p.gray.parameters, accuracy: p.accuracy }
+    }
+}
