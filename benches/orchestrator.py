@@ -251,7 +251,10 @@ def main():
     args.work.mkdir(parents=True, exist_ok=True)
     peers, missing = install(args.peers, args.work)
     work = args.work / "runs"
-    shutil.rmtree(work, ignore_errors=True)
+    if work.exists():
+        shutil.rmtree(work)
+        # ext4 passes by what was removed in the last five seconds, one by one, wherever something new is made.
+        time.sleep(6)
 
     quick = {"hvi-flow": HviFlow(args.program, work / "hvi-flow", args.stages)}
     slow = {}

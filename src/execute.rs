@@ -2,8 +2,8 @@
 //!
 //! - `coordinator.rs` the state of a run, owned by the calling thread
 //! - `graph.rs` who needs whom; `machine.rs` cores, memory and the queue; `times.rs` how long a node will take
-//! - `worker.rs` one node on a thread of its own, which exists only while it runs
-use crate::events::Listener;
+//! - `worker.rs` one node on a thread of its own, which exists only while it runs; `clock.rs` the CPU time it takes
+use crate::events::{Event, Listener, What};
 use crate::plan::{Input, NodeId, Plan};
 use crate::registry;
 use hvi_cache::{Asked, Entry, Found, InUse, Plugged};
@@ -11,15 +11,17 @@ use hvi_kit::{Cancel, Digest, Recipe, Slot, StageDef, Store, StoreError};
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
+mod clock;
 mod coordinator;
 mod graph;
 mod machine;
 mod times;
 mod worker;
+use clock::Clock;
 use coordinator::Coordinator;
 pub use machine::total_memory;
 pub use worker::WORKER;
-use worker::{Came, Job};
+use worker::{Came, Desk, Job};
 
 /// How to run. Nothing of it enters a key.
 pub struct Options<'a> {
@@ -29,9 +31,10 @@ pub struct Options<'a> {
     pub memory: u64,
     /// After a failure, still begin what doesn't need what failed.
     pub keep_going: bool,
-    /// How often to try again what failed for a reason that may pass: the machine or a program outside, not the physics.
+    /// How often to try again what failed for a reason that may pass (the machine or a program outside, not the physics),
+    /// where its step doesn't say.
     pub retry: u32,
-    /// The longest that one node may take.
+    /// The longest that one node may take, where its step doesn't say.
     pub timeout: Option<Duration>,
     /// How long a node goes on before it keeps what it needs to go on from there.
     pub checkpoint: Duration,
@@ -165,12 +168,21 @@ pub fn execute(plan: &Plan, store: &Store, options: &Options<'_>) -> Result<Repo
     let hold = hold(store)?;
     let mut run = Coordinator::new(plan, store, options);
     let (results, finished) = mpsc::channel::<(NodeId, Came)>();
+    let clock = Clock::default();
+    let work = |job: Job| {
+        let id = job.id;
+        let tell = |what: What| options.listener.on(plan, &Event { node: id, what });
+        match put_files(plan, id, store) {
+            Ok(()) => worker::compute(job, &Desk { store, clock: &clock, checkpoint: options.checkpoint, tell: &tell }),
+            Err(e) => Came::Failed { why: e.to_string(), transient: true },
+        }
+    };
     std::thread::scope(|scope| {
         let begin = |job: Job| {
-            let (id, done, own) = (job.id, results.clone(), results.clone());
+            let (id, done, own, work) = (job.id, results.clone(), results.clone(), &work);
             let worker = std::thread::Builder::new().name(WORKER.into());
             let spawned = worker.spawn_scoped(scope, move || {
-                let _ = done.send((id, worker::compute(plan, job, store, options)));
+                let _ = done.send((id, work(job)));
             });
             if let Err(e) = spawned {
                 let why = format!("there is no thread to run it: {e}");
@@ -190,6 +202,18 @@ pub fn execute(plan: &Plan, store: &Store, options: &Options<'_>) -> Result<Repo
         }
     });
     Ok(run.report(start.elapsed().as_secs_f64(), hold))
+}
+
+/// Puts the files that a node reads into the store, where its stage finds them.
+fn put_files(plan: &Plan, id: NodeId, store: &Store) -> Result<(), StoreError> {
+    for input in plan.nodes[id].inputs.values() {
+        if let Input::File(digest) = input
+            && let Some(bytes) = plan.files.get(digest)
+        {
+            store.put(bytes)?;
+        }
+    }
+    Ok(())
 }
 
 /// Keeps what is in the store from being removed; waits for somebody who removes things just now.

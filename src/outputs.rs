@@ -6,9 +6,9 @@
 use crate::execute::{Outcome, Report};
 use crate::mistake::Mistake;
 use crate::pipeline::Pipeline;
-use crate::plan::{NodeId, Plan};
+use crate::plan::Plan;
 use crate::registry::PROGRAM;
-use crate::report::{self, Point, State, Step, Study};
+use crate::report::{self, Point, Step, Study};
 use crate::{extended_xyz, figure, hdf5_table};
 use hvi_kit::view::{Cell, Scalar, Table, View};
 use hvi_kit::{Digest, Store, units};
@@ -18,6 +18,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Component, Path, PathBuf};
 use std::{fs, io};
+
+mod brief;
+mod points;
+use brief::Briefs;
+use points::Reader;
+pub use points::point;
 
 /// A step with more points than this gets one table, no folder a point.
 const MOST_FOLDERS: usize = 200;
@@ -147,10 +153,12 @@ pub fn write(pipeline: &Pipeline, plan: &Plan, run: &Report, store: &Store, fold
     if old.study == study && !old.files.is_empty() && old.is_whole(folder) {
         return Ok(Written { page, unreadable: Vec::new() });
     }
-    let mut writer = Writer { folder, files: BTreeMap::new() };
-    let (mut steps, mut unreadable) = (Vec::new(), Vec::new());
+    let mut writer = Writer { folder, files: BTreeMap::new(), old: std::mem::take(&mut old.files) };
+    let mut reader =
+        Reader { plan, run, store, known: brief::read(folder), read: Briefs::new(), unreadable: Vec::new() };
+    let mut steps = Vec::new();
     for step in &plan.steps {
-        let points: Vec<Point> = step.nodes.clone().map(|id| point(plan, run, store, id, &mut unreadable)).collect();
+        let points = reader.points(step.nodes.clone());
         writer.step(&step.name, &points)?;
         let (name, stage, summary) = (step.name.clone(), step.stage.name.into(), step.stage.summary.into());
         steps.push(Step { name, stage, summary, needs: step.needs.clone(), points });
@@ -163,7 +171,7 @@ pub fn write(pipeline: &Pipeline, plan: &Plan, run: &Report, store: &Store, fold
         command: format!("hvi-flow run {}", pipeline.path.display()),
     };
     writer.file("report.html", report::render(&study_page).as_bytes())?;
-    for (name, seen) in std::mem::take(&mut old.files) {
+    for (name, seen) in std::mem::take(&mut writer.old) {
         if let Entry::Vacant(entry) = writer.files.entry(name) {
             if stays(entry.key(), pipeline, plan, run) {
                 entry.insert(seen);
@@ -177,7 +185,9 @@ pub fn write(pipeline: &Pipeline, plan: &Plan, run: &Report, store: &Store, fold
     keys.extend(known.filter_map(|id| Some((plan.label(id), run.keys[id]?))));
     publish(&folder.join(KEYS), &serde_json::to_vec(&keys)?)?;
     // What could not be read is written next time, though the study is the same.
+    let Reader { read, unreadable, .. } = reader;
     let study = if unreadable.is_empty() { study } else { String::new() };
+    brief::publish(folder, &read)?;
     // Not `at: now()`: files that are as old as this are read once more, when clocks have ticked.
     Manifest { pipeline: full(&pipeline.path), study, files: writer.files, at: 0 }.publish(folder)?;
     Ok(Written { page, unreadable })
@@ -231,57 +241,23 @@ fn digest(pipeline: &Pipeline, plan: &Plan, run: &Report) -> String {
     hasher.finalize().to_string()
 }
 
-/// Node `id` with what its result shows; what can't be read is said in `unreadable`.
-pub fn point(plan: &Plan, run: &Report, store: &Store, id: NodeId, unreadable: &mut Vec<String>) -> Point {
-    let node = &plan.nodes[id];
-    let (mut scalars, mut views, mut seconds) = (Vec::new(), Vec::new(), 0.0);
-    let mut state = match &run.outcomes[id] {
-        Outcome::Hit(_) => State::Hit,
-        Outcome::Ran(_) => State::Ran,
-        Outcome::Failed(why) => State::Failed(why.clone()),
-        Outcome::Skipped(why) => State::Skipped(why.clone()),
-        Outcome::Cancelled => State::Cancelled,
-    };
-    if let Some(entry) = run.outcomes[id].entry() {
-        seconds = f64::from(entry.wall_s);
-        match (node.stage.show)(entry.output, store) {
-            Ok(shown) => (scalars, views) = (shown.scalars, shown.views),
-            Err(e) => {
-                unreadable.push(format!("{}: its result can't be read: {e}", plan.label(id)));
-                state = State::Failed(e.to_string());
-            }
-        }
-    }
-    let mut params = Vec::new();
-    flatten("", &node.params, &mut params);
-    let key = run.keys[id].map(|k| k.to_string()).unwrap_or_default();
-    Point { label: node.point.clone(), state, seconds, key, params, scalars, views, swept: node.swept.clone() }
-}
-
-fn flatten(path: &str, value: &serde_json::Value, all: &mut Vec<(String, String)>) {
-    match value {
-        serde_json::Value::Object(map) => {
-            for (k, v) in map {
-                flatten(&if path.is_empty() { k.clone() } else { format!("{path}.{k}") }, v, all);
-            }
-        }
-        serde_json::Value::String(s) => all.push((path.into(), s.clone())),
-        serde_json::Value::Null => {}
-        other => all.push((path.into(), other.to_string())),
-    }
-}
-
 struct Writer<'a> {
     folder: &'a Path,
     files: BTreeMap<String, Seen>,
+    /// Files as they were left by an earlier run: those that come out the same are not written again.
+    old: BTreeMap<String, Seen>,
 }
 
 impl Writer<'_> {
     fn file(&mut self, name: &str, bytes: &[u8]) -> io::Result<()> {
         let path = self.folder.join(name);
         self.stay_inside(&path)?;
-        publish(&path, bytes)?;
-        self.files.insert(name.into(), Seen { digest: Digest::of(bytes), mark: mark(&path)? });
+        let digest = Digest::of(bytes);
+        let is_same = |seen: &Seen| seen.digest == digest && fs::read(&path).is_ok_and(|found| found == bytes);
+        if !self.old.get(name).is_some_and(is_same) {
+            publish(&path, bytes)?;
+        }
+        self.files.insert(name.into(), Seen { digest, mark: mark(&path)? });
         Ok(())
     }
 
@@ -352,7 +328,7 @@ pub struct Exported {
 /// # Errors
 /// Where a file can't be written.
 pub fn export(folder: &Path, step: &str, points: &[Point]) -> io::Result<Exported> {
-    Writer { folder, files: BTreeMap::new() }.step(step, points)
+    Writer { folder, files: BTreeMap::new(), old: BTreeMap::new() }.step(step, points)
 }
 
 /// A row a point: what the sweep sets, and the scalars of the results; nothing where no point has a result.

@@ -5,6 +5,8 @@ use crate::registry;
 use crate::sweep::{self, Point};
 use crate::value::{self, Key, Node, Table, Value};
 use hvi_kit::StageDef;
+use std::cell::Cell;
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::time::Duration;
@@ -21,6 +23,8 @@ pub struct Pipeline {
     pub steps: Vec<Step>,
     /// Resources; they never enter a key.
     pub settings: Settings,
+    /// What was written to no effect, one sentence each.
+    pub remarks: Vec<String>,
 }
 
 /// `[run]`.
@@ -32,6 +36,17 @@ pub struct Settings {
     pub memory: Option<u64>,
     /// The longest that one node may take.
     pub timeout: Option<Duration>,
+    /// How often to try again what failed for a reason that may pass.
+    pub retry: Option<u32>,
+}
+
+/// What a step says of how its nodes are run; before what the command line and `[run]` say. It never enters a key.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Care {
+    /// The longest that one node may take.
+    pub timeout: Option<Duration>,
+    /// How often to try again what failed for a reason that may pass.
+    pub retry: Option<u32>,
 }
 
 /// One `[step.NAME]`.
@@ -44,7 +59,9 @@ pub struct Step {
     pub folder: PathBuf,
     /// What it uses.
     pub stage: &'static StageDef,
-    /// Its keys but `use` and the sweep.
+    /// How its nodes are run.
+    pub care: Care,
+    /// Its other keys but `use` and the sweep.
     pub params: Table,
     /// Its points; one empty one without a sweep.
     pub points: Vec<Point>,
@@ -64,6 +81,9 @@ pub fn read(path: &Path, settings: &[String]) -> Result<Pipeline, Mistake> {
         raw.set(setting)?;
     }
     let steps = std::mem::take(&mut raw.steps).into_iter().map(|step| raw.step(step)).collect::<Result<Vec<_>, _>>()?;
+    let unused = raw.materials.iter().filter(|m| m.depth == 0 && !m.is_used.get());
+    let remarks = unused.map(|m| format!("{name}: no step uses [material.{}]", m.key.text, name = path.display()));
+    let remarks = remarks.collect();
     if steps.is_empty() {
         return Err(Mistake::new(format!("{} has no [step.NAME]: there is nothing to run", path.display())));
     }
@@ -72,15 +92,24 @@ pub fn read(path: &Path, settings: &[String]) -> Result<Pipeline, Mistake> {
         let title = format!("{} gives the study the name `{name}`, which is no name for a folder", path.display());
         return Err(Mistake::new(title).help("call the file something that doesn't begin with a dot"));
     }
-    Ok(Pipeline { path: path.into(), name, question: raw.question, steps, settings: raw.settings })
+    Ok(Pipeline { path: path.into(), name, question: raw.question, steps, settings: raw.settings, remarks })
 }
 
 #[derive(Default)]
 struct Raw {
     steps: Vec<RawStep>,
-    materials: Vec<(Key, Value)>,
+    materials: Vec<Material>,
     settings: Settings,
     question: String,
+}
+
+/// A `[material.NAME]`.
+struct Material {
+    key: Key,
+    table: Value,
+    /// 0 in the file that was named, more in those it includes.
+    depth: usize,
+    is_used: Cell<bool>,
 }
 
 struct RawStep {
@@ -112,7 +141,7 @@ impl Raw {
                 }
                 "material" => {
                     for (key, value) in value.table("[material.NAME]")?.0.iter().cloned() {
-                        self.add_material(key, value)?;
+                        self.add_material(key, value, depth)?;
                     }
                 }
                 "run" => self.run(value.table("[run]")?)?,
@@ -151,28 +180,26 @@ impl Raw {
         Ok(())
     }
 
-    fn add_material(&mut self, key: Key, value: Value) -> Result<(), Mistake> {
-        if self.materials.iter().any(|(k, _)| k.text == key.text) {
+    fn add_material(&mut self, key: Key, value: Value, depth: usize) -> Result<(), Mistake> {
+        if self.materials.iter().any(|m| m.key.text == key.text) {
             let title = format!("material `{}` is there already", key.text);
             return Err(Mistake::new(title).at(&key.at, "the second one"));
         }
         value.table("a table: [material.NAME]")?;
-        self.materials.push((key, value));
+        self.materials.push(Material { key, table: value, depth, is_used: Cell::new(false) });
         Ok(())
     }
 
     fn run(&mut self, table: &Table) -> Result<(), Mistake> {
         for (key, value) in &table.0 {
             match (key.text.as_str(), &value.node) {
-                ("jobs", Node::Integer(n)) if (1..=4096).contains(n) => self.settings.jobs = Some(*n as usize),
-                ("jobs", _) => return Err(Mistake::new("`jobs` is a whole number, 1 to 4096").at(&value.at, "here")),
+                ("jobs", _) => self.settings.jobs = Some(whole("jobs", value, 1..=4096)? as usize),
                 ("memory", _) => self.settings.memory = Some(amount(value, "a size: memory = \"8 GB\"", amount::size)?),
-                ("timeout", _) => {
-                    self.settings.timeout = Some(amount(value, "a time: timeout = \"10 min\"", amount::time)?);
-                }
+                ("timeout", _) => self.settings.timeout = Some(amount(value, TIMEOUT, amount::time)?),
+                ("retry", _) => self.settings.retry = Some(whole("retry", value, 0..=100)? as u32),
                 (other, _) => {
                     let mistake = Mistake::new(format!("unknown key `{other}` in [run]")).at(&key.at, "not known here");
-                    return Err(mistake.nearest(other, ["jobs", "memory", "timeout"]));
+                    return Err(mistake.nearest(other, ["jobs", "memory", "timeout", "retry"]));
                 }
             }
         }
@@ -230,6 +257,10 @@ impl Raw {
             let mistake = Mistake::new(format!("unknown stage `{wanted}`")).at(&stage.at, "no such stage");
             return Err(mistake.nearest(wanted, stage_names()));
         };
+        let care = Care {
+            timeout: raw.table.take("timeout").map(|(_, v)| amount(&v, TIMEOUT, amount::time)).transpose()?,
+            retry: raw.table.take("retry").map(|(_, v)| whole("retry", &v, 0..=100)).transpose()?.map(|n| n as u32),
+        };
         let points = sweep::expand(&mut raw.table)?;
         let substitute = |mut v: Value| {
             self.materials(&mut v);
@@ -241,7 +272,7 @@ impl Raw {
             .into_iter()
             .map(|p| p.into_iter().map(|(k, v)| (k.clone(), self.material(&k, substitute(v)))).collect());
         let points = points.collect();
-        Ok(Step { name, at: raw.key.at, folder: raw.folder, stage: def, params, points })
+        Ok(Step { name, at: raw.key.at, folder: raw.folder, stage: def, care, params, points })
     }
 
     /// Where a key `material` names a `[material.NAME]`, puts that table in its place.
@@ -261,10 +292,11 @@ impl Raw {
     fn material(&self, key: &Key, value: Value) -> Value {
         let is_material = key.text.rsplit('.').next() == Some("material");
         let named = match &value.node {
-            Node::Text(name) if is_material => self.materials.iter().find(|(k, _)| k.text == *name),
+            Node::Text(name) if is_material => self.materials.iter().find(|m| m.key.text == *name),
             _ => None,
         };
-        let Some((name, table)) = named else { return value };
+        let Some(Material { key: name, table, is_used, .. }) = named else { return value };
+        is_used.set(true);
         let mut table = table.clone();
         if let Node::Table(t) = &mut table.node
             && t.get("name").is_none()
@@ -280,6 +312,19 @@ impl Raw {
 fn amount<T>(value: &Value, expected: &str, read: fn(&str) -> Result<T, String>) -> Result<T, Mistake> {
     let text = value.text(expected)?;
     read(text).map_err(|why| Mistake::new(format!("`{text}`: {why}")).at(&value.at, "here"))
+}
+
+const TIMEOUT: &str = "a time: timeout = \"10 min\"";
+
+/// A whole number within its limits.
+fn whole(key: &str, value: &Value, range: RangeInclusive<i64>) -> Result<i64, Mistake> {
+    match value.node {
+        Node::Integer(n) if range.contains(&n) => Ok(n),
+        _ => {
+            let title = format!("`{key}` is a whole number, {} to {}", range.start(), range.end());
+            Err(Mistake::new(title).at(&value.at, "here"))
+        }
+    }
 }
 
 /// `KEY` of `STEP.KEY=VALUE`.

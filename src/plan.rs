@@ -2,8 +2,8 @@
 //!
 //! Complete before the first stage runs: what can be known to be wrong without computing is found here.
 use crate::mistake::{At, Mistake};
-use crate::pipeline::{Pipeline, Step};
-use crate::reference::{self, Reference, Selection};
+use crate::pipeline::{Care, Pipeline, Step};
+use crate::reference::{self, Reference, Selection, Selector};
 use crate::sweep;
 use crate::value::{Key, Node as Written, Table, Value};
 use hvi_kit::engine::Engine;
@@ -56,6 +56,8 @@ pub struct PlannedStep {
     pub nodes: std::ops::Range<NodeId>,
     /// Names of the steps it needs.
     pub needs: Vec<String>,
+    /// How its nodes are run.
+    pub care: Care,
 }
 
 /// What to run.
@@ -96,12 +98,14 @@ pub fn plan(pipeline: &Pipeline, only: &[String]) -> Result<Plan, Mistake> {
     let order = order(pipeline, &names, &wanted(&names, pipeline, only)?)?;
     let mut plan = Plan { steps: Vec::new(), nodes: Vec::new(), files: BTreeMap::new(), engines: BTreeMap::new() };
     let (mut placed, mut read) = (vec![None; pipeline.steps.len()], HashMap::new());
+    let mut selector = Selector::default();
     for i in order {
         let step = &pipeline.steps[i];
         let first = plan.nodes.len();
         plan.nodes.reserve(step.points.len());
         let around = Around { pipeline, names: &names, placed: &placed };
-        let mut builder = Builder { around, step, plan: &mut plan, read: &mut read, pattern: None };
+        let mut builder =
+            Builder { around, step, plan: &mut plan, read: &mut read, selector: &mut selector, pattern: None };
         for point in &step.points {
             let node = builder.node(point)?;
             builder.plan.nodes.push(node);
@@ -109,7 +113,7 @@ pub fn plan(pipeline: &Pipeline, only: &[String]) -> Result<Plan, Mistake> {
         placed[i] = Some(plan.steps.len());
         let nodes = first..plan.nodes.len();
         let needs = needed_steps(&plan, nodes.clone());
-        plan.steps.push(PlannedStep { name: step.name.clone(), stage: step.stage, nodes, needs });
+        plan.steps.push(PlannedStep { name: step.name.clone(), stage: step.stage, nodes, needs, care: step.care });
     }
     Ok(plan)
 }
@@ -226,6 +230,7 @@ struct Builder<'a> {
     plan: &'a mut Plan,
     /// Digests of the files that were read, by path: one file in many points is read once.
     read: &'a mut HashMap<PathBuf, Digest>,
+    selector: &'a mut Selector,
     pattern: Option<Pattern>,
 }
 
@@ -422,7 +427,7 @@ impl Builder<'_> {
         }
     }
 
-    fn resolve(&self, port: &Port, text: &str, at: &At) -> Result<Vec<NodeId>, Mistake> {
+    fn resolve(&mut self, port: &Port, text: &str, at: &At) -> Result<Vec<NodeId>, Mistake> {
         let reference = reference(text, at)?;
         let Around { pipeline, names, placed } = self.around;
         let i = find_step(pipeline, names, reference.step, at)?;
@@ -431,8 +436,8 @@ impl Builder<'_> {
             let title = format!("`{}` takes {}, but `{}` makes {}", port.name, port.kind, step.name, step.stage.output);
             return Err(Mistake::new(title).at(at, "does not fit").help(makers(port.kind)));
         }
-        let planned = &self.plan.steps[placed[i].expect("planned before: the order says so")];
-        let all = planned.nodes.clone();
+        let planned = placed[i].expect("planned before: the order says so");
+        let all = self.plan.steps[planned].nodes.clone();
         match reference.selection {
             Selection::None if all.len() == 1 || matches!(port.arity, Arity::Many | Arity::Any) => Ok(all.collect()),
             Selection::None => {
@@ -440,7 +445,7 @@ impl Builder<'_> {
                 Err(Mistake::new(title).at(at, "which one?").help(format!("select one: \"@{}[key=value]\"", step.name)))
             }
             Selection::All => Ok(all.collect()),
-            Selection::Where(pairs) => reference::select(self.plan, planned, &pairs).map_err(|m| m.at(at, "here")),
+            Selection::Where(pairs) => self.selector.select(self.plan, planned, &pairs).map_err(|m| m.at(at, "here")),
         }
     }
 

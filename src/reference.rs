@@ -2,7 +2,7 @@
 use crate::mistake::Mistake;
 use crate::plan::{NodeId, Plan, PlannedStep};
 use hvi_kit::units;
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 
 /// A step and which of its points.
 #[derive(Debug, PartialEq)]
@@ -76,26 +76,54 @@ fn bare(value: &str) -> &str {
     quoted('"').or_else(|| quoted('\'')).unwrap_or(value)
 }
 
-/// The points of `step` whose sweep sets all of `pairs`, in its order.
-///
-/// # Errors
-/// [`Mistake`] where a key isn't swept, or no point fits.
-pub fn select(plan: &Plan, step: &PlannedStep, pairs: &[(&str, &str)]) -> Result<Vec<NodeId>, Mistake> {
-    let swept = |id: NodeId| &plan.nodes[id].swept;
-    let is_swept = |key: &str| step.nodes.clone().any(|id| swept(id).iter().any(|(k, _)| k == key));
-    if let Some((key, _)) = pairs.iter().find(|(key, _)| !is_swept(key)) {
-        let keys: BTreeSet<&str> = step.nodes.clone().flat_map(swept).map(|(k, _)| k.as_str()).collect();
-        return Err(Mistake::new(format!("`{}` does not sweep `{key}`", step.name)).nearest(key, keys));
+/// The points of swept steps by what they set: made when a step is first selected from, so that a selection costs what it
+/// finds, not what there is.
+#[derive(Default)]
+pub struct Selector {
+    /// By index of the step, key and value.
+    found: HashMap<usize, HashMap<String, HashMap<Same, Vec<NodeId>>>>,
+}
+
+impl Selector {
+    /// The points of step `index` of `plan` whose sweep sets all of `pairs`, in its order.
+    ///
+    /// # Errors
+    /// [`Mistake`] where a key isn't swept, or no point fits.
+    pub fn select(&mut self, plan: &Plan, index: usize, pairs: &[(&str, &str)]) -> Result<Vec<NodeId>, Mistake> {
+        let step = &plan.steps[index];
+        let by_key = self.found.entry(index).or_insert_with(|| by_value(plan, step));
+        if let Some((key, _)) = pairs.iter().find(|(key, _)| !by_key.contains_key(*key)) {
+            let keys: BTreeSet<&str> = by_key.keys().map(String::as_str).collect();
+            return Err(Mistake::new(format!("`{}` does not sweep `{key}`", step.name)).nearest(key, keys));
+        }
+        let fitting = |(key, value): &(&str, &str)| by_key[*key].get(&Same::of(value)).map_or(&[][..], Vec::as_slice);
+        let mut lists: Vec<&[NodeId]> = pairs.iter().map(fitting).collect();
+        lists.sort_by_key(|list| list.len());
+        let (first, rest) = lists.split_first().map_or((&[][..], &[][..]), |(first, rest)| (*first, rest));
+        // Each list is in the order of the plan.
+        let in_all = |id: &&NodeId| rest.iter().all(|list| list.binary_search(id).is_ok());
+        let found: Vec<NodeId> = first.iter().filter(in_all).copied().collect();
+        if found.is_empty() {
+            let values: Vec<&str> = step.nodes.clone().take(12).map(|id| plan.nodes[id].point.as_str()).collect();
+            let mistake = Mistake::new(format!("no point of `{}` fits the selection", step.name));
+            return Err(mistake.help(format!("it has: {}", values.join(" | "))));
+        }
+        Ok(found)
     }
-    let fits =
-        |id: &NodeId| pairs.iter().all(|(key, value)| swept(*id).iter().any(|(k, v)| k == key && same(v, value)));
-    let found: Vec<NodeId> = step.nodes.clone().filter(fits).collect();
-    if found.is_empty() {
-        let values: Vec<&str> = step.nodes.clone().take(12).map(|id| plan.nodes[id].point.as_str()).collect();
-        let mistake = Mistake::new(format!("no point of `{}` fits the selection", step.name));
-        return Err(mistake.help(format!("it has: {}", values.join(" | "))));
+}
+
+fn by_value(plan: &Plan, step: &PlannedStep) -> HashMap<String, HashMap<Same, Vec<NodeId>>> {
+    let mut by_key: HashMap<String, HashMap<Same, Vec<NodeId>>> = HashMap::new();
+    for id in step.nodes.clone() {
+        for (key, value) in &plan.nodes[id].swept {
+            let by_value = match by_key.get_mut(key) {
+                Some(found) => found,
+                None => by_key.entry(key.clone()).or_default(),
+            };
+            by_value.entry(Same::of(value)).or_default().push(id);
+        }
     }
-    Ok(found)
+    by_key
 }
 
 /// The nodes that a reference on the command line names.
@@ -108,30 +136,43 @@ pub fn nodes(plan: &Plan, text: &str) -> Result<Vec<NodeId>, Mistake> {
         mistake.help("write STEP, or STEP[key=value, ...] in quotes")
     };
     let reference = parse(text.strip_prefix('@').unwrap_or(text)).map_err(wrong)?;
-    let Some(step) = plan.steps.iter().find(|s| s.name == reference.step) else {
+    let Some(index) = plan.steps.iter().position(|s| s.name == reference.step) else {
         let names = plan.steps.iter().map(|s| s.name.as_str());
         return Err(Mistake::new(format!("there is no step `{}`", reference.step)).nearest(reference.step, names));
     };
     match reference.selection {
-        Selection::None | Selection::All => Ok(step.nodes.clone().collect()),
-        Selection::Where(pairs) => select(plan, step, &pairs),
+        Selection::None | Selection::All => Ok(plan.steps[index].nodes.clone().collect()),
+        Selection::Where(pairs) => Selector::default().select(plan, index, &pairs),
     }
 }
 
-/// Whether two values as written are the same: as text, as quantities, or as lists of such.
-fn same(a: &str, b: &str) -> bool {
-    let quantity = |text: &str| {
-        let (number, unit) = units::split(text)?;
-        match units::dimension(unit) {
-            Some(d) => units::si(text, d).ok(),
-            None if unit.is_empty() => number.parse().ok(),
-            None => None,
+/// What values that are the same as written have in common: the text, the quantity, or the items of a list.
+#[derive(PartialEq, Eq, Hash)]
+enum Same {
+    Text(String),
+    /// Its SI unit, if it has one, and the bits of its value.
+    Quantity(Option<&'static str>, u64),
+    List(Vec<Same>),
+}
+
+impl Same {
+    fn of(text: &str) -> Same {
+        if let Some(items) = items(text) {
+            return Same::List(items.into_iter().map(|item| Same::of(bare(item))).collect());
         }
-    };
-    if let (Some(a), Some(b)) = (items(a), items(b)) {
-        return a.len() == b.len() && a.iter().zip(&b).all(|(a, b)| same(bare(a), bare(b)));
+        let quantity = || {
+            let (number, unit) = units::split(text)?;
+            let dimension = units::dimension(unit);
+            let value: f64 = match dimension {
+                Some(d) => units::si(text, d).ok()?,
+                None if unit.is_empty() => number.parse().ok()?,
+                None => return None,
+            };
+            // 0 and -0 are the same.
+            Some(Same::Quantity(dimension.map(units::Dimension::si), (value + 0.0).to_bits()))
+        };
+        quantity().unwrap_or_else(|| Same::Text(text.into()))
     }
-    a == b || matches!((quantity(a), quantity(b)), (Some(x), Some(y)) if x == y)
 }
 
 /// The items of `[a, b]`.
@@ -173,7 +214,10 @@ mod tests {
 
     #[test]
     fn values_are_the_same_in_any_unit() {
+        let same = |a: &str, b: &str| Same::of(a) == Same::of(b);
         assert!(same("2.5 mm", "0.0025 m") && same("[1 us, 2 us]", "[1000 ns,2 us]") && same("1", "1.0"));
+        assert!(same("0", "-0.0") && same("copper", "copper") && same("['a', b]", "[a,b]"));
         assert!(!same("2.5 mm", "2.5 m") && !same("[1 us]", "[1 us, 2 us]") && !same("a", "b"));
+        assert!(!same("1 m", "1 s") && !same("1 m", "1"));
     }
 }

@@ -20,6 +20,7 @@ pub fn markdown() -> String {
     for s in STAGES {
         page += &stage(s, &mut quantities);
     }
+    page += STEPS;
     page += "\n## Quantities\n\nWritten as a text with a unit, `\"6.7 km/s\"`; a bare number is refused. All are turned into SI, so \
              `\"2.5 mm\"` and `\"0.0025 m\"` are the same value.\n\n| quantity | SI unit | units | example |\n|---|---|---|---|\n";
     for (name, q) in &quantities {
@@ -29,6 +30,22 @@ pub fn markdown() -> String {
     }
     page
 }
+
+/// Keys that any step may have, beside those of its stage.
+const STEPS: &str = r#"
+## Every step
+
+| key | value | what |
+|---|---|---|
+| `use` | a stage's name | the stage that makes the result |
+| `sweep` | `{ velocity = ["1 km/s", "2 km/s"], "projectile.diameter" = "1 mm .. 3 mm in 5" }` | one result for each combination; `in 5` means five values, both ends included |
+| `zip` | as `sweep` | lists of the same length, side by side |
+| `points` | `[{ velocity = "1 km/s" }, { velocity = "2 km/s", angle = "30 deg" }]` | one result for each table |
+| `timeout` | a time: `"10 min"` | the longest one node may take; goes before `--timeout` and that of `[run]` |
+| `retry` | a whole number, 0 to 100 | how often to try again what failed for a reason that may pass; goes before `--retry` and that of `[run]` |
+
+`timeout` and `retry` never enter a key.
+"#;
 
 fn text(value: &Value) -> &str {
     value.as_str().unwrap_or_default()
@@ -205,6 +222,7 @@ impl Rows<'_> {
 fn range(schema: &Value) -> String {
     match (&schema["minimum"], &schema["maximum"]) {
         (Value::Number(a), Value::Number(b)) => format!(", {a} to {b}"),
+        (Value::Number(a), _) if a.as_f64() > Some(0.0) => format!(", {a} or more"),
         _ => String::new(),
     }
 }

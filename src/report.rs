@@ -7,7 +7,9 @@ mod parts;
 
 use hvi_kit::view::{Scalar, View};
 use parts::{Block, Budget, Grid};
+pub use parts::{MOST_PICTURES_A_SWEEP, MOST_POINTS_SHOWN};
 use serde::Serialize;
+use std::sync::Arc;
 
 /// A study and what came of it.
 pub struct Study {
@@ -47,14 +49,25 @@ pub struct Point {
     pub seconds: f64,
     /// Key of the result.
     pub key: String,
-    /// All parameters, canonical.
-    pub params: Vec<(String, String)>,
+    /// Parameters, canonical: all, or, of points of a sweep, those that they have in common.
+    pub params: Arc<[(String, String)]>,
     /// Swept keys and their values as written.
     pub swept: Vec<(String, String)>,
     /// The numbers that sum it up.
     pub scalars: Vec<Scalar>,
     /// Its tables, figures and pictures.
     pub views: Vec<View>,
+    /// What it has beside `views`.
+    pub unread: Unread,
+}
+
+/// Views that a result has, but that were not read: a page shows the first ones of a sweep only.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Unread {
+    /// Number of pictures.
+    pub pictures: usize,
+    /// Whether there is anything else.
+    pub more: bool,
 }
 
 /// What came of a computation.

@@ -84,12 +84,23 @@ pub fn pipeline() -> Value {
                 "properties": {
                     "jobs": { "type": "integer", "minimum": 1, "maximum": 4096, "description": "Threads at work at once." },
                     "memory": { "type": "string", "description": "Most that nodes at work may ask for, as in \"8 GB\"." },
-                    "timeout": { "type": "string", "description": "The longest that one node may take, as in \"10 min\"." },
+                    "timeout": timeout(),
+                    "retry": retry(),
                 },
             },
         },
         "$defs": types,
     })
+}
+
+fn timeout() -> Value {
+    json!({ "type": "string", "description": "The longest that one node may take, as in \"10 min\"." })
+}
+
+fn retry() -> Value {
+    let about =
+        "How often to try again what failed for a reason that may pass: files, programs outside; never the physics.";
+    json!({ "type": "integer", "minimum": 0, "maximum": 100, "description": about })
 }
 
 fn definition(stage: &StageDef) -> String {
@@ -112,6 +123,8 @@ fn step(stage: &StageDef, object: &mut Value) {
     let keys = &mut object["properties"];
     ports.for_each(|p| keys[p.name] = plug(p));
     keys["use"] = json!({ "const": stage.name });
+    keys["timeout"] = timeout();
+    keys["retry"] = retry();
     keys["sweep"] = json!({
         "type": "object",
         "description": "One result for each combination: key = [values], or \"FIRST .. LAST in COUNT\"; keys may be dotted.",

@@ -7,13 +7,14 @@ use crate::error::FORMAT;
 use crate::index::{Index, Known};
 use crate::lock::{self, Claim, InUse};
 use crate::{Digest, Entry, Recipe, Record, StoreError};
+use rustix::fs::AtFlags;
 use std::{
     fs,
     io::{self, Write},
-    os::unix::fs::MetadataExt,
+    os::{fd::OwnedFd, unix::fs::MetadataExt},
     path::{Path, PathBuf},
     sync::{
-        Mutex, MutexGuard, PoisonError,
+        Mutex, MutexGuard, OnceLock, PoisonError,
         atomic::{AtomicBool, AtomicU64, Ordering},
     },
 };
@@ -39,6 +40,8 @@ pub struct Store {
     pub(crate) root: PathBuf,
     pub(crate) index: Mutex<Index>,
     serial: AtomicU64,
+    /// The folder of the objects, held open: a look at one of them is then a way of two names.
+    objects: OnceLock<OwnedFd>,
     /// Whether this process has seen to it that the folders are there.
     ready: AtomicBool,
     notices: Mutex<Vec<String>>,
@@ -58,7 +61,8 @@ impl Store {
             Index::empty(at)
         });
         let (serial, ready) = (AtomicU64::new(0), AtomicBool::new(false));
-        Ok(Store { root, index: Mutex::new(index), serial, ready, notices: Mutex::new(notices) })
+        let objects = OnceLock::new();
+        Ok(Store { root, index: Mutex::new(index), serial, objects, ready, notices: Mutex::new(notices) })
     }
 
     /// Its folder.
@@ -191,9 +195,8 @@ impl Store {
                 None => return Found::Nothing,
             },
         };
-        let Ok(there) = fs::metadata(self.path("objects", entry.output)) else { return Found::Damaged(entry.output) };
-        let time = time_of(&there);
-        if there.len() != entry.bytes {
+        let Some((bytes, time)) = self.object_mark(entry.output) else { return Found::Damaged(entry.output) };
+        if bytes != entry.bytes {
             return Found::Damaged(entry.output);
         }
         if known.is_none_or(|known| known.object_time != time) {
@@ -203,6 +206,24 @@ impl Store {
             self.index().add(key, &Known { entry, object_time: time });
         }
         Found::Whole(entry)
+    }
+
+    /// Size [B] of the object with digest `d`, and when it was written [ns since 1970].
+    fn object_mark(&self, d: Digest) -> Option<(u64, i64)> {
+        let folder = match self.objects.get() {
+            Some(folder) => folder,
+            None => {
+                let opened = fs::File::open(self.root.join("objects")).ok()?;
+                self.objects.get_or_init(|| opened.into())
+            }
+        };
+        let (hex, mut name) = (d.hex(), [b'/'; 65]);
+        let (first, rest) = hex.as_str().as_bytes().split_at(2);
+        name[..2].copy_from_slice(first);
+        name[3..].copy_from_slice(rest);
+        let there = rustix::fs::statat(folder, &name[..], AtFlags::empty()).ok()?;
+        let time = there.st_mtime.wrapping_mul(1_000_000_000).wrapping_add(there.st_mtime_nsec as i64);
+        Some((u64::try_from(there.st_size).ok()?, time))
     }
 
     fn known(&self, key: Digest) -> Option<Known> {

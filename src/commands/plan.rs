@@ -28,6 +28,7 @@ pub struct Args {
 /// [`super::Stop`] where the pipeline is wrong, or the store can't be used.
 pub fn run(args: &Args) -> Done {
     let (pipeline, plan) = args.study.read(&args.only)?;
+    pipeline.remarks.iter().for_each(|text| warn(format_args!("{text}")));
     let store = args.study.store()?;
     let forecasts = forecast::forecast(&plan, &store, &Last::of(&store, &pipeline.name));
     store.notices().iter().for_each(|text| warn(format_args!("{text}")));

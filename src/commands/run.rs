@@ -26,11 +26,12 @@ pub struct Args {
     /// After a failure, still begin what doesn't need what failed
     #[arg(long, short)]
     keep_going: bool,
-    /// Try again so often what failed for a reason that may pass: files, programs outside; never the physics
-    #[arg(long, value_name = "TIMES", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=100))]
-    retry: u32,
-    /// The longest one node may take, such as 90s, 10min or 2h: it is stopped, and what it kept lets it go on later
-    /// [default: `timeout` in [run], else no limit]
+    /// Try again so often what failed for a reason that may pass: files, programs outside; never the physics. What a step
+    /// says in its own `retry` goes before [default: `retry` in [run], else 0]
+    #[arg(long, value_name = "TIMES", value_parser = clap::value_parser!(u32).range(0..=100))]
+    retry: Option<u32>,
+    /// The longest one node may take, such as 90s, 10min or 2h: it is stopped, and what it kept lets it go on later. What a
+    /// step says in its own `timeout` goes before [default: `timeout` in [run], else no limit]
     #[arg(long, value_name = "TIME", value_parser = amount::time)]
     timeout: Option<Duration>,
     /// How long a node goes on before it keeps what it needs to go on from there
@@ -50,7 +51,7 @@ impl Args {
         Options {
             memory: pipeline.settings.memory.unwrap_or(usual.memory),
             keep_going: self.keep_going,
-            retry: self.retry,
+            retry: self.retry.or(pipeline.settings.retry).unwrap_or(0),
             timeout: self.timeout.or(pipeline.settings.timeout),
             checkpoint: self.checkpoint,
             ..usual
@@ -69,6 +70,7 @@ pub fn run(args: &Args) -> Done {
         (false, false) => Mode::detect(),
     };
     let (pipeline, plan) = args.study.read(&args.only)?;
+    pipeline.remarks.iter().for_each(|text| warn(format_args!("{text}")));
     let folder = args.out.folder(&pipeline);
     outputs::claim(&pipeline, &folder)?;
     let store = args.study.store()?;
@@ -112,6 +114,8 @@ pub fn run(args: &Args) -> Done {
     for unreadable in &written.unreadable {
         warn(format_args!("{unreadable}"));
     }
+    // The program ends here: to take a great plan apart piece by piece would only cost time.
+    std::mem::forget((pipeline, plan));
     Ok(ExitCode::from(u8::from(counts.failed > 0 || !written.unreadable.is_empty())))
 }
 

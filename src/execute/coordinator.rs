@@ -5,6 +5,7 @@ use super::times::Times;
 use super::worker::{Came, Job};
 use super::{Options, Outcome, Report, recipe, stored};
 use crate::events::{Event, What};
+use crate::pipeline::Care;
 use crate::plan::{NodeId, Plan};
 use hvi_cache::{Claim, Found, InUse};
 use hvi_kit::{Cancel, Digest, Recipe, Store};
@@ -55,6 +56,8 @@ struct Running {
     share: Share,
     cancel: Arc<Cancel>,
     since: Instant,
+    /// The longest it may take.
+    timeout: Option<Duration>,
     out_of_time: bool,
 }
 
@@ -224,11 +227,19 @@ impl<'a> Coordinator<'a> {
                 continue;
             }
             let cancel = Arc::new(Cancel::default());
-            let job = Job { id, recipe: self.recipe(id), key, threads: share.threads, cancel: cancel.clone(), claim };
-            self.running.insert(id, Running { share, cancel, since: Instant::now(), out_of_time: false });
+            let (stage, cost) = (self.plan.nodes[id].stage, self.plan.nodes[id].cost);
+            let (recipe, threads) = (self.recipe(id), share.threads);
+            let job = Job { id, stage, cost, recipe, key, threads, cancel: cancel.clone(), claim };
+            let timeout = self.care(id).timeout.or(self.options.timeout);
+            self.running.insert(id, Running { share, cancel, since: Instant::now(), timeout, out_of_time: false });
             self.tell(id, What::Started { threads: share.threads, foretold: self.foretold[id] });
             begin(job);
         }
+    }
+
+    /// What the step of a node says of how it is run.
+    fn care(&self, id: NodeId) -> Care {
+        self.plan.steps[self.plan.nodes[id].step].care
     }
 
     fn is_over(&self) -> bool {
@@ -270,7 +281,7 @@ impl<'a> Coordinator<'a> {
     pub fn watch(&mut self) {
         let stop = self.options.cancel.is_set();
         for running in self.running.values_mut() {
-            let late = self.options.timeout.is_some_and(|limit| running.since.elapsed() > limit);
+            let late = running.timeout.is_some_and(|limit| running.since.elapsed() > limit);
             if stop || late {
                 running.out_of_time |= late && !running.cancel.is_set();
                 running.cancel.set();
@@ -296,9 +307,9 @@ impl<'a> Coordinator<'a> {
         match came {
             Came::Made(entry) => self.resolve(id, Outcome::Ran(entry)),
             Came::Stopped if running.out_of_time => {
-                let limit = crate::console::duration(self.options.timeout.unwrap_or_default().as_secs_f64());
+                let limit = crate::console::duration(running.timeout.unwrap_or_default().as_secs_f64());
                 let why = format!(
-                    "stopped after {limit}, its --timeout; what it kept lets it go on from there: run again, with a longer one"
+                    "stopped after {limit}, its timeout; what it kept lets it go on from there: run again, with a longer one"
                 );
                 self.fail(id, why);
             }
@@ -308,10 +319,11 @@ impl<'a> Coordinator<'a> {
                 let failed = self.failures.entry(id).or_insert(0);
                 *failed += 1;
                 let failed = *failed;
-                if transient && failed <= self.options.retry && !self.is_over() {
+                let retry = self.care(id).retry.unwrap_or(self.options.retry);
+                if transient && failed <= retry && !self.is_over() {
                     self.tell(id, What::Retrying { why, failed });
                     self.later.push((id, Instant::now() + FAILED * 2_u32.pow((failed - 1).min(6))));
-                } else if self.options.retry > 0 && !transient {
+                } else if retry > 0 && !transient {
                     self.fail(id, format!("{why} (not tried again: the same would come of it)"));
                 } else {
                     self.fail(id, why);

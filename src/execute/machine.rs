@@ -25,9 +25,10 @@ impl Machine {
     }
 
     /// Memory that a node is taken to need: one that asks for more than there is runs when all of it is free, so alone
-    /// among those that need any.
+    /// among those that need any. Rounded up by a sixteenth at most, so that a sweep has few different ones.
     pub fn asked(&self, memory: u64) -> u64 {
-        memory.min(self.memory)
+        let step = (memory.checked_ilog2().map_or(1, |n| 1 << n) / 16).max(1);
+        memory.checked_next_multiple_of(step).unwrap_or(memory).min(self.memory)
     }
 
     /// Takes a share for a node that can use `threads`, while `others` that fit wait too.
@@ -69,7 +70,7 @@ pub fn total_memory() -> u64 {
 /// Nodes that wait for room: of those that fit, the one with the longest way to the end comes first.
 #[derive(Default)]
 pub struct Waiting {
-    /// By memory asked for: nodes of one step ask for the same, so there are few keys.
+    /// By memory asked for: it is rounded, so there are few keys.
     queues: BTreeMap<u64, BinaryHeap<Ranked>>,
     count: usize,
 }
@@ -175,6 +176,18 @@ mod tests {
         assert_eq!(queue(&[(0, 4.0, 16, 1)]).pop(&mut machine).unwrap().1.threads, 4);
         let mut machine = Machine::new(4, 100);
         assert_eq!(queue(&[(0, 4.0, 1, 1)]).pop(&mut machine).unwrap().1.threads, 1);
+    }
+
+    #[test]
+    fn memory_is_rounded_up_by_little() {
+        let machine = Machine::new(1, u64::MAX);
+        for memory in [0, 1, 15, 16, 33, 1000, 64 << 20, (64 << 20) + 1, u64::MAX] {
+            let asked = machine.asked(memory);
+            assert!(memory <= asked && asked - memory <= memory / 16, "{memory} {asked}");
+        }
+        let asked: std::collections::BTreeSet<u64> = (1_000_000..2_000_000).map(|m| machine.asked(m)).collect();
+        assert!(asked.len() <= 33, "{}", asked.len());
+        assert_eq!(Machine::new(1, 100).asked(1000), 100);
     }
 
     #[test]

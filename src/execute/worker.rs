@@ -1,10 +1,10 @@
 //! One node on a thread of its own: inputs in, the stage run, what came of it recorded.
-use super::Options;
-use crate::events::{Event, What};
-use crate::plan::{Input, Node, NodeId, Plan};
+use super::clock::Clock;
+use crate::events::What;
+use crate::plan::NodeId;
 use crate::registry;
 use hvi_cache::{Claim, Entry, Record};
-use hvi_kit::{Cancel, Ctx, Digest, Host, LoadError, Made, Recipe, Slot, StageError, Store};
+use hvi_kit::{Cancel, Ctx, Digest, Host, LoadError, Made, Recipe, Slot, StageDef, StageError, Store};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -19,6 +19,10 @@ const KEEPING: u32 = 50;
 pub struct Job {
     /// Which node.
     pub id: NodeId,
+    /// What it uses.
+    pub stage: &'static StageDef,
+    /// Predicted core-seconds.
+    pub cost: f64,
     /// What identifies it.
     pub recipe: Recipe,
     /// The recipe's key.
@@ -48,15 +52,24 @@ pub enum Came {
     Stopped,
 }
 
+/// Who a worker works for.
+pub struct Desk<'a> {
+    /// Where inputs come from and results go.
+    pub store: &'a Store,
+    /// What counts its CPU time.
+    pub clock: &'a Clock,
+    /// How long a node goes on before it keeps what it needs to go on from there.
+    pub checkpoint: Duration,
+    /// Told what happens to the node.
+    pub tell: &'a (dyn Fn(What) + Sync),
+}
+
 /// Runs one node and records what came of it. A panic in a stage is its failure, not the program's.
-pub fn compute(plan: &Plan, job: Job, store: &Store, options: &Options<'_>) -> Came {
-    let stage = plan.nodes[job.id].stage;
-    if let Err(e) = put_files(plan, job.id, store) {
-        return Came::Failed { why: e.to_string(), transient: true };
-    }
-    let relay = Relay::new(plan, &job, store, options);
+pub fn compute(job: Job, desk: &Desk<'_>) -> Came {
+    let (stage, store) = (job.stage, desk.store);
+    let relay = Relay::new(job.key, desk);
     let ctx = Ctx { host: &relay, cancel: &job.cancel, threads: job.threads };
-    let (start, cpu) = (Instant::now(), cpu_seconds());
+    let (start, watch) = (Instant::now(), desk.clock.begin(job.threads, job.recipe.engine.is_some()));
     let made = match catch_unwind(AssertUnwindSafe(|| (stage.run)(&job.recipe, store, &ctx))) {
         Ok(Ok(made)) => made,
         Ok(Err(e)) => return failed(&e, &job.recipe, store),
@@ -67,25 +80,13 @@ pub fn compute(plan: &Plan, job: Job, store: &Store, options: &Options<'_>) -> C
             return Came::Failed { why, transient: false };
         }
     };
-    let record = record(&made, &plan.nodes[job.id], start.elapsed(), cpu_seconds() - cpu, job.threads);
+    let record = record(&made, &job, start.elapsed(), watch.seconds());
     if let Err(e) = store.record(&job.recipe, &record) {
         return Came::Failed { why: e.to_string(), transient: true };
     }
     store.drop_partial(job.key);
     drop(job.claim);
     Came::Made(record.entry())
-}
-
-/// Puts the files that a node reads into the store, where its stage finds them.
-fn put_files(plan: &Plan, id: NodeId, store: &Store) -> Result<(), hvi_kit::StoreError> {
-    for input in plan.nodes[id].inputs.values() {
-        if let Input::File(digest) = input
-            && let Some(bytes) = plan.files.get(digest)
-        {
-            store.put(bytes)?;
-        }
-    }
-    Ok(())
 }
 
 fn failed(error: &StageError, recipe: &Recipe, store: &Store) -> Came {
@@ -106,46 +107,36 @@ fn failed(error: &StageError, recipe: &Recipe, store: &Store) -> Came {
     Came::Failed { why: error.to_string(), transient }
 }
 
-fn record(made: &Made, node: &Node, wall: Duration, cpu_s: f64, threads: usize) -> Record {
+fn record(made: &Made, job: &Job, wall: Duration, cpu_s: f64) -> Record {
     Record {
         output: made.output,
-        kind: node.stage.output.into(),
+        kind: job.stage.output.into(),
         bytes: made.bytes,
         wall_s: wall.as_secs_f64(),
         cpu_s,
         host: std::fs::read_to_string("/proc/sys/kernel/hostname").map_or_else(|_| String::new(), |h| h.trim().into()),
         program: env!("CARGO_PKG_VERSION").into(),
         compiler: registry::COMPILER.into(),
-        threads,
+        threads: job.threads,
         cores: std::thread::available_parallelism().map_or(1, usize::from),
         finished: std::time::UNIX_EPOCH.elapsed().map_or(0, |since| since.as_secs()),
-        foretold_s: node.cost,
+        foretold_s: job.cost,
     }
-}
-
-/// CPU time of this thread [s], as the kernel counts it; 0 where it doesn't say.
-fn cpu_seconds() -> f64 {
-    let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
-    text.split(' ').next().and_then(|ns| ns.parse::<f64>().ok()).map_or(0.0, |ns| ns * 1e-9)
 }
 
 /// What a running stage may ask for: passes its progress on a few times a second, keeps its checkpoints in the store.
 struct Relay<'a> {
-    plan: &'a Plan,
-    id: NodeId,
     key: Digest,
-    store: &'a Store,
-    options: &'a Options<'a>,
+    desk: &'a Desk<'a>,
     told: Mutex<Instant>,
     /// When a checkpoint was kept last, and how long to go on without one.
     kept: Mutex<(Instant, Duration)>,
 }
 
 impl<'a> Relay<'a> {
-    fn new(plan: &'a Plan, job: &Job, store: &'a Store, options: &'a Options<'a>) -> Relay<'a> {
+    fn new(key: Digest, desk: &'a Desk<'a>) -> Relay<'a> {
         let now = Instant::now();
-        let kept = Mutex::new((now, options.checkpoint));
-        Relay { plan, id: job.id, key: job.key, store, options, told: Mutex::new(now), kept }
+        Relay { key, desk, told: Mutex::new(now), kept: Mutex::new((now, desk.checkpoint)) }
     }
 }
 
@@ -155,8 +146,7 @@ impl Host for Relay<'_> {
         if told.elapsed().as_millis() >= 100 {
             *told = Instant::now();
             let share = if of > 0.0 { (done / of).clamp(0.0, 1.0) } else { 0.0 };
-            let what = What::Progress { share, doing: doing.into() };
-            self.options.listener.on(self.plan, &Event { node: self.id, what });
+            (self.desk.tell)(What::Progress { share, doing: doing.into() });
         }
     }
 
@@ -167,14 +157,14 @@ impl Host for Relay<'_> {
 
     fn keep(&self, bytes: &[u8]) {
         let start = Instant::now();
-        let _ = self.store.keep_partial(self.key, bytes);
-        let pause = self.options.checkpoint.max(KEEPING * start.elapsed());
+        let _ = self.desk.store.keep_partial(self.key, bytes);
+        let pause = self.desk.checkpoint.max(KEEPING * start.elapsed());
         *self.kept.lock().unwrap_or_else(PoisonError::into_inner) = (Instant::now(), pause);
     }
 
     fn kept(&self) -> Option<Vec<u8>> {
-        let kept = self.store.partial(self.key)?;
-        self.options.listener.on(self.plan, &Event { node: self.id, what: What::Resumed });
+        let kept = self.desk.store.partial(self.key)?;
+        (self.desk.tell)(What::Resumed);
         Some(kept)
     }
 }

@@ -4,17 +4,19 @@ use crate::figure::{self, number, uncertain, unit};
 use hvi_kit::units;
 use hvi_kit::view::{Cell, Picture, Scalar, Table, View};
 use serde::Serialize;
+use std::sync::Arc;
 
 /// Rows of one table that the page holds; the files beside it hold all.
 const MOST_ROWS: usize = 500;
 /// Tables longer than this scroll in a box, those longer than the next are folded as well.
 const LONG_TABLE: usize = 20;
 const GREAT_TABLE: usize = 48;
-/// Pictures in the whole page, and in one sweep.
+/// Pictures in the whole page.
 const MOST_PICTURES: usize = 96;
-const MOST_PICTURES_A_SWEEP: usize = 32;
+/// Pictures of one sweep.
+pub const MOST_PICTURES_A_SWEEP: usize = 32;
 /// Points of a sweep whose tables and figures are in the page.
-const MOST_POINTS_SHOWN: usize = 24;
+pub const MOST_POINTS_SHOWN: usize = 24;
 
 /// How many pictures still go into the page.
 pub struct Budget {
@@ -256,8 +258,9 @@ fn value(point: &Point, key: &str, unit: &str) -> Text {
 /// Parameters that have the same value at every point.
 pub fn shared_params(points: &[Point]) -> Vec<(String, String)> {
     let Some((first, rest)) = points.split_first() else { return Vec::new() };
+    let others = || rest.iter().filter(|p| !Arc::ptr_eq(&p.params, &first.params));
     let everywhere =
-        |(key, value): &&(String, String)| rest.iter().all(|p| p.params.iter().any(|(k, v)| k == key && v == value));
+        |(key, value): &&(String, String)| others().all(|p| p.params.iter().any(|(k, v)| k == key && v == value));
     first.params.iter().filter(everywhere).cloned().collect()
 }
 
@@ -310,7 +313,8 @@ pub fn sweep_blocks(points: &[Point], budget: &mut Budget) -> (Vec<Block>, Strin
         blocks.push(Block::Point { label: point.label.clone(), blocks: self::blocks(&views, budget) });
     }
     let mut left = Vec::new();
-    let (all_pictures, all_points) = (pictures().count(), points.iter().filter(other).count());
+    let all_pictures = pictures().count() + points.iter().map(|p| p.unread.pictures).sum::<usize>();
+    let all_points = points.iter().filter(|p| other(p) || p.unread.more).count();
     if all_pictures > shown {
         left.push(format!("{} of {all_pictures} pictures", all_pictures - shown));
     }

@@ -9,10 +9,11 @@ fn point(label: &str, state: State) -> Point {
         state,
         seconds: 1.5,
         key: "0123abcd".into(),
-        params: vec![("atoms".into(), "500".into())],
+        params: [("atoms".to_string(), "500".to_string())].into(),
         swept: label.split(", ").filter_map(split).collect(),
         scalars: vec![Scalar::number("pressure", 32.512345, "GPa")],
         views: vec![],
+        unread: Unread::default(),
     }
 }
 
@@ -123,7 +124,7 @@ fn names_are_escaped_everywhere() {
     let evil = "<script>alert('x')</script>\"";
     let mut bad = point(&format!("{evil}={evil}"), State::Failed(evil.into()));
     bad.scalars = vec![Scalar::text(evil, evil)];
-    bad.params = vec![(evil.into(), evil.into())];
+    bad.params = [(evil.to_string(), evil.to_string())].into();
     bad.swept = vec![(evil.into(), evil.into())];
     let mut shown = point("", State::Hit);
     shown.key = evil.into();

@@ -162,6 +162,28 @@ fn results_of_other_steps_and_pipelines_stay() {
     assert!(!project.path("out/study/other.csv").exists(), "a step that is gone takes its files along");
 }
 
+/// Of a wide sweep only what changed is read again; files and page are those of a run that reads everything.
+#[test]
+fn a_changed_point_of_a_wide_sweep_leaves_the_same_files() {
+    let study = |last: f64| {
+        let slopes: Vec<String> = (0..250).map(|i| format!("{}", 1.2 + 0.001 * f64::from(i))).collect();
+        super::project::MANY.replace("\"1.2 .. 1.6 in 40\"", &format!("[{}, {last}]", slopes.join(", ")))
+    };
+    let project = Project::new(&study(2.0));
+    assert_eq!(project.run().code, 0);
+    project.write("study.toml", &study(2.1));
+    super::project::assert_counts(&project.run(), 250, 1);
+    let shown = || {
+        let page = std::fs::read_to_string(project.path("out/study/report.html")).unwrap();
+        let left_out = page.find("tables and figures of 227 of 251 points").expect("24 points are shown");
+        (left_out > 0, std::fs::read(project.path("out/study/metal.csv")).unwrap())
+    };
+    let short_cut = shown();
+    std::fs::remove_dir_all(project.path("out")).unwrap();
+    project.run();
+    assert!(short_cut == shown());
+}
+
 /// Two points whose labels begin alike have folders of their own.
 #[test]
 fn long_names_do_not_meet() {

@@ -48,6 +48,20 @@ fn an_included_material_a_selection_and_a_film() {
 }
 
 #[test]
+fn a_material_that_no_step_uses_is_named() {
+    let (used, unused) =
+        ("no step uses [material.soft]", SCENE.replace("material = \"soft\"", "material = \"copper\""));
+    let project = Project::new(&unused);
+    project.write("materials.toml", MATERIAL);
+    assert!(!project.hvi(&["plan", "study.toml"]).err.contains(used), "a file that is shared may hold more");
+    project.write("study.toml", &format!("{}{MATERIAL}", unused.replace("include", "#")));
+    assert!(project.hvi(&["plan", "study.toml"]).err.contains(used));
+    project.write("study.toml", &format!("{}{MATERIAL}", SCENE.replace("include", "#")));
+    let said = project.hvi(&["plan", "study.toml"]);
+    assert!(said.code == 0 && said.err.is_empty(), "{}", said.err);
+}
+
+#[test]
 fn a_mistake_in_an_included_file_is_shown_there() {
     let project = Project::new(SCENE);
     project.write("materials.toml", &MATERIAL.replace("young", "yong"));

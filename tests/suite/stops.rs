@@ -74,10 +74,30 @@ fn a_node_out_of_time_fails_and_goes_on_later() {
     for run in [&["run", "study.toml", "--timeout", "200ms"][..], &["run", "hurry.toml"]] {
         let said = project.hvi(run);
         assert_eq!(said.code, 1, "{}", said.err);
-        assert!(said.err.contains("FAILED slow: stopped after 0.2 s, its --timeout"), "{}", said.err);
+        assert!(said.err.contains("FAILED slow: stopped after 0.2 s, its timeout"), "{}", said.err);
     }
     assert_goes_on(&project, &straight());
     assert_eq!(project.hvi(&["run", "study.toml", "--timeout", "soon"]).code, 2);
+}
+
+/// What a step says goes before what the command line and `[run]` say, and enters no key.
+#[test]
+fn a_step_has_a_time_and_tries_of_its_own() {
+    let project = Project::new(&format!("[run]\ntimeout = \"1 ms\"\n{SLOW}timeout = \"1 h\"\nretry = 1\n"));
+    assert_counts(&project.hvi(&["run", "study.toml", "--timeout", "1ms"]), 0, 1);
+    project.write("study.toml", SLOW);
+    assert_counts(&project.run(), 1, 0);
+    for (wrong, part) in [("timeout = 3", "a time"), ("timeout = \"soon\"", "soon"), ("retry = -1", "0 to 100")] {
+        project.write("study.toml", &format!("{SLOW}{wrong}\n"));
+        let said = project.run();
+        assert!(said.code == 2 && said.err.contains(part), "{wrong}: {}", said.err);
+    }
+    // A store that can't take results, for no reason that it knows: tried again as the step says.
+    let project = Project::new(&format!("{FAILING}retry = 2\n").replace("velocity", "retry = 1\nvelocity"));
+    std::fs::create_dir(project.path("store")).unwrap();
+    project.write("store/objects", "a file where a folder should be");
+    let events = events(&project.hvi(&["run", "study.toml", "--json"]).out);
+    assert_eq!((events.get("retrying"), events.get("failed")), (Some(&1), Some(&1)));
 }
 
 /// What a node took foretells the next one of its stage, also in another study.
