@@ -1,5 +1,5 @@
 # The two commands of the README, `make run` and `make test`, with all the set-up they need on a fresh Debian 12.
-.PHONY: run test check docs stability pictures bench setup-run setup-test kills
+.PHONY: run test check docs stability pictures bench setup-run setup-test kills faults scale
 
 run: setup-run
 	cargo build --release --locked
@@ -38,6 +38,16 @@ pictures:
 # Runs killed with kill -9 at 200 random times: wrong and lost results are counted, and must be none.
 kills: setup-test
 	HVI_KILLS=200 cargo test --locked --test all kills_at_random_times -- --nocapture
+
+# Thousands of random faults, counted: docs/reliability.md. As root, because file systems are mounted; some minutes.
+faults:
+	cargo build --release --locked
+	python3 benches/faults.py --write docs/reliability.md
+
+# The same studies here and on a Slurm cluster of one node, which is started for it: docs/scale.md. Some five minutes.
+scale: setup-test
+	cargo build --release --locked
+	python3 benches/scale.py --write docs/scale.md
 
 # Speed of the orchestrator beside its peers: docs/orchestrator.md. Takes some minutes; nothing else should run meanwhile.
 bench:

@@ -1,6 +1,7 @@
 //! The command line: which commands there are, and their exit codes.
 use crate::commands::{
-    Stop, cache, compare, diff, eos, explain, export, graph, init, plan, run, schema, shell, stages, status,
+    Stop, cache, cancel, compare, diff, eos, exec, explain, export, graph, init, plan, run, schema, shell, stages,
+    status,
 };
 use crate::console::warn;
 use clap::{CommandFactory, Parser, Subcommand};
@@ -37,6 +38,10 @@ enum Command {
     Graph(graph::Args),
     /// Look after the store: count, verify, repair, remove
     Cache(cache::Args),
+    /// End the jobs of a cluster that compute a study
+    Cancel(cancel::Args),
+    /// Compute nodes by their keys, as a job of a cluster does
+    Exec(exec::Args),
     /// Write a small commented pipeline to begin with
     Init(init::Args),
     /// Ask an equation of state for states and curves
@@ -63,6 +68,8 @@ pub fn main() -> ExitCode {
         Command::Export(args) => export::run(&args),
         Command::Graph(args) => graph::run(&args),
         Command::Cache(args) => cache::run(&args),
+        Command::Cancel(args) => cancel::run(&args),
+        Command::Exec(args) => exec::run(&args),
         Command::Init(args) => init::run(&args),
         Command::Eos(args) => eos::run(&args),
         Command::Stages(args) => stages::run(&args),

@@ -1,8 +1,10 @@
 //! The commands, one file each, and what they share: the study they look at, its store, and how they end.
 pub mod cache;
+pub mod cancel;
 pub mod compare;
 pub mod diff;
 pub mod eos;
+pub mod exec;
 pub mod explain;
 pub mod export;
 pub mod graph;
@@ -80,6 +82,9 @@ pub struct StoreArgs {
     /// Folder of the store [default: $HVI_STORE, else cache/store of the project the pipeline lies in, else the user's cache]
     #[arg(long, value_name = "FOLDER")]
     store: Option<PathBuf>,
+    /// Folder of a second store, which serves what the first one lacks and is only read [default: $HVI_SECOND_STORE]
+    #[arg(long, value_name = "FOLDER")]
+    second_store: Option<PathBuf>,
 }
 
 impl StoreArgs {
@@ -104,7 +109,14 @@ impl StoreArgs {
         let folder = given.or_else(project).or_else(user);
         let folder =
             folder.ok_or_else(|| Stop::Machine("there is no folder for the store: give one with --store".into()))?;
-        Ok(Store::open(folder)?)
+        let second = self.second_store.clone();
+        let second =
+            second.or_else(|| std::env::var_os("HVI_SECOND_STORE").filter(|v| !v.is_empty()).map(PathBuf::from));
+        let store = Store::open(folder)?;
+        Ok(match second {
+            Some(second) => store.with_second(Store::open(second)?),
+            None => store,
+        })
     }
 }
 

@@ -122,6 +122,7 @@ fn remark(plan: &Plan, event: &Event) -> Option<String> {
     match &event.what {
         What::Failed { why } => Some(format!("FAILED {}: {why}", label())),
         What::Retrying { why, .. } => Some(format!("{} failed and will be tried again: {why}", label())),
+        What::Delayed { why } => Some(format!("{why}; asking again, jobs go on")),
         What::Damaged => Some(format!("{}: its stored result is damaged or gone, computing it again", label())),
         _ => None,
     }
@@ -134,6 +135,7 @@ fn line(plan: &Plan, event: &Event, long_silent: bool) -> Option<String> {
         What::Ran { seconds } if *seconds >= 1.0 => Some(format!("ran {} in {}", label(), duration(*seconds))),
         What::Ran { .. } if long_silent => Some(format!("ran {}", label())),
         What::Progress { share, doing } if long_silent => Some(format!("{}: {:.0} %, {doing}", label(), share * 100.0)),
+        What::Queued { job } if long_silent => Some(format!("{}: queued as {job}", label())),
         What::Waiting => Some(format!("{}: waiting for another run, which computes it", label())),
         What::Resumed => Some(format!("{}: goes on from what was kept", label())),
         _ => remark(plan, event),
@@ -237,7 +239,7 @@ impl Tally {
             What::Hit | What::Ran { .. } | What::Failed { .. } | What::Skipped { .. } | What::Cancelled => {
                 self.settle(plan, event, foretold);
             }
-            What::Damaged | What::Waiting | What::Resumed => {}
+            What::Damaged | What::Waiting | What::Resumed | What::Queued { .. } | What::Delayed { .. } => {}
         }
     }
 
@@ -299,7 +301,7 @@ impl Bars {
                 }
             }
             What::Waiting => self.total.println(line(plan, event, true).unwrap_or_default()),
-            What::Resumed | What::Damaged => {}
+            What::Resumed | What::Damaged | What::Queued { .. } | What::Delayed { .. } => {}
             _ => {
                 if let Some(bar) = self.running.remove(&event.node) {
                     bar.finish_and_clear();

@@ -22,6 +22,16 @@ pub enum What {
     Damaged,
     /// Another run computes it just now: its result will be used, or its work taken over if it dies.
     Waiting,
+    /// A job of a cluster will compute it.
+    Queued {
+        /// Its name in the cluster's lists.
+        job: String,
+    },
+    /// The cluster does not answer: it is asked again. Said for one of the nodes that wait.
+    Delayed {
+        /// What it said.
+        why: String,
+    },
     /// A worker began.
     Started {
         /// Threads it was given.
@@ -146,7 +156,10 @@ mod tests {
         let line = serde_json::to_value(Line::Node(NodeLine { time: 1.0, node: "a", what: &what })).unwrap();
         let keys: Vec<&String> = line.as_object().unwrap().keys().collect();
         assert_eq!(keys, ["doing", "event", "node", "share", "time"]);
-        for event in ["began", "hit", "waiting", "started", "resumed", "progress", "ran", "retrying", "ended"] {
+        for event in [
+            "began", "hit", "waiting", "queued", "delayed", "started", "resumed", "progress", "ran", "retrying",
+            "ended",
+        ] {
             assert!(schema.contains(&format!("\"const\":\"{event}\"")), "{event}: {schema}");
         }
     }

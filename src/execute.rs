@@ -1,9 +1,11 @@
 //! Plan + Store -> Report: looks each node up, runs what is missing on all cores, contains failures, stops on request.
 //!
+//! - `slurm.rs` nodes as jobs of a cluster
 //! - `coordinator.rs` the state of a run, owned by the calling thread
 //! - `graph.rs` who needs whom; `machine.rs` cores, memory and the queue; `times.rs` how long a node will take
 //! - `worker.rs` one node on a thread of its own, which exists only while it runs; `clock.rs` the CPU time it takes
 use crate::events::{Event, Listener, What};
+use crate::pipeline::Profile;
 use crate::plan::{Input, NodeId, Plan};
 use crate::registry;
 use hvi_cache::{Asked, Entry, Found, InUse, Plugged};
@@ -15,13 +17,14 @@ mod clock;
 mod coordinator;
 mod graph;
 mod machine;
+pub mod slurm;
 mod times;
 mod worker;
-use clock::Clock;
+pub use clock::Clock;
 use coordinator::Coordinator;
 pub use machine::total_memory;
-pub use worker::WORKER;
-use worker::{Came, Desk, Job};
+use slurm::Cluster;
+pub use worker::{Came, Desk, Job, WORKER, compute};
 
 /// How to run. Nothing of it enters a key.
 pub struct Options<'a> {
@@ -38,6 +41,8 @@ pub struct Options<'a> {
     pub timeout: Option<Duration>,
     /// How long a node goes on before it keeps what it needs to go on from there.
     pub checkpoint: Duration,
+    /// The cluster that computes, if one does.
+    pub remote: Option<Remote<'a>>,
     /// Set to stop.
     pub cancel: &'a Cancel,
     /// Who listens.
@@ -48,8 +53,17 @@ impl<'a> Options<'a> {
     /// The usual way to run, with `jobs` threads: all memory, no limit of time, an end at the first failure.
     pub fn new(jobs: usize, cancel: &'a Cancel, listener: &'a dyn Listener) -> Options<'a> {
         let (memory, checkpoint) = (total_memory(), Duration::from_secs(10));
-        Options { jobs, memory, keep_going: false, retry: 0, timeout: None, checkpoint, cancel, listener }
+        Options { jobs, memory, keep_going: false, retry: 0, timeout: None, checkpoint, remote: None, cancel, listener }
     }
+}
+
+/// A Slurm cluster that computes.
+#[derive(Clone, Copy)]
+pub struct Remote<'a> {
+    /// Name of the study.
+    pub study: &'a str,
+    /// What jobs ask for.
+    pub profile: &'a Profile,
 }
 
 /// What came of a node.
@@ -167,6 +181,27 @@ pub fn execute(plan: &Plan, store: &Store, options: &Options<'_>) -> Result<Repo
     let start = Instant::now();
     let hold = hold(store)?;
     let mut run = Coordinator::new(plan, store, options);
+    match options.remote {
+        Some(remote) => on_cluster(&mut run, &mut Cluster::new(plan, store, options, remote)),
+        None => on_this_machine(&mut run, plan, store, options),
+    }
+    Ok(run.report(start.elapsed().as_secs_f64(), hold))
+}
+
+fn on_cluster(run: &mut Coordinator<'_>, cluster: &mut Cluster<'_>) {
+    loop {
+        run.advance(&|job| cluster.take(job));
+        if run.is_done() {
+            return;
+        }
+        for (id, came) in cluster.wait(run.patience()) {
+            run.finish(id, came);
+        }
+        run.watch();
+    }
+}
+
+fn on_this_machine(run: &mut Coordinator<'_>, plan: &Plan, store: &Store, options: &Options<'_>) {
     let (results, finished) = mpsc::channel::<(NodeId, Came)>();
     let clock = Clock::default();
     let work = |job: Job| {
@@ -201,7 +236,12 @@ pub fn execute(plan: &Plan, store: &Store, options: &Options<'_>) -> Result<Repo
             run.watch();
         }
     });
-    Ok(run.report(start.elapsed().as_secs_f64(), hold))
+}
+
+/// Why a node failed that was stopped after `limit`.
+pub fn out_of_time(limit: Duration) -> String {
+    let limit = crate::console::duration(limit.as_secs_f64());
+    format!("stopped after {limit}, its timeout; what it kept lets it go on from there: run again, with a longer one")
 }
 
 /// Puts the files that a node reads into the store, where its stage finds them.

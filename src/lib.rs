@@ -15,7 +15,7 @@
 //! | file | what |
 //! |---|---|
 //! | `cli.rs`, `commands.rs`, `commands/` | the command line, one file a command |
-//! | `pipeline.rs`, `value.rs`, `sweep.rs` | the pipeline file as written, with places for messages |
+//! | `pipeline.rs`, `pipeline/`, `value.rs`, `sweep.rs` | the pipeline file as written, with places for messages |
 //! | `plan.rs`, `reference.rs` | references resolved, ports matched, parameters checked, order |
 //! | `schema.rs`, `reference_page.rs` | from the stages' types: the pipeline file's JSON schema, and `docs/stages.md` |
 //! | `registry.rs` | every stage, and the digest of its code (`build.rs` makes it) |

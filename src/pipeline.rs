@@ -11,6 +11,9 @@ use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::time::Duration;
 
+mod cluster;
+pub use cluster::Profile;
+
 /// A pipeline: what to run, before references are resolved.
 pub struct Pipeline {
     /// File it was read from.
@@ -38,6 +41,19 @@ pub struct Settings {
     pub timeout: Option<Duration>,
     /// How often to try again what failed for a reason that may pass.
     pub retry: Option<u32>,
+    /// Where nodes are computed.
+    pub executor: Option<Executor>,
+    /// What jobs ask of a cluster.
+    pub slurm: Profile,
+}
+
+/// Where nodes are computed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Executor {
+    /// On this machine
+    Local,
+    /// As jobs of the Slurm cluster that this machine belongs to
+    Slurm,
 }
 
 /// What a step says of how its nodes are run; before what the command line and `[run]` say. It never enters a key.
@@ -194,12 +210,14 @@ impl Raw {
         for (key, value) in &table.0 {
             match (key.text.as_str(), &value.node) {
                 ("jobs", _) => self.settings.jobs = Some(whole("jobs", value, 1..=4096)? as usize),
+                ("executor", _) => self.settings.executor = Some(executor(value)?),
+                ("slurm", _) => self.settings.slurm.read(value.table("[run.slurm]")?)?,
                 ("memory", _) => self.settings.memory = Some(amount(value, "a size: memory = \"8 GB\"", amount::size)?),
                 ("timeout", _) => self.settings.timeout = Some(amount(value, TIMEOUT, amount::time)?),
                 ("retry", _) => self.settings.retry = Some(whole("retry", value, 0..=100)? as u32),
                 (other, _) => {
                     let mistake = Mistake::new(format!("unknown key `{other}` in [run]")).at(&key.at, "not known here");
-                    return Err(mistake.nearest(other, ["jobs", "memory", "timeout", "retry"]));
+                    return Err(mistake.nearest(other, ["jobs", "memory", "timeout", "retry", "executor", "slurm"]));
                 }
             }
         }
@@ -323,6 +341,17 @@ fn whole(key: &str, value: &Value, range: RangeInclusive<i64>) -> Result<i64, Mi
         _ => {
             let title = format!("`{key}` is a whole number, {} to {}", range.start(), range.end());
             Err(Mistake::new(title).at(&value.at, "here"))
+        }
+    }
+}
+
+fn executor(value: &Value) -> Result<Executor, Mistake> {
+    match value.text("\"local\" or \"slurm\"")? {
+        "local" => Ok(Executor::Local),
+        "slurm" => Ok(Executor::Slurm),
+        other => {
+            let mistake = Mistake::new(format!("unknown executor `{other}`")).at(&value.at, "not known here");
+            Err(mistake.nearest(other, ["local", "slurm"]))
         }
     }
 }

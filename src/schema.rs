@@ -86,10 +86,34 @@ pub fn pipeline() -> Value {
                     "memory": { "type": "string", "description": "Most that nodes at work may ask for, as in \"8 GB\"." },
                     "timeout": timeout(),
                     "retry": retry(),
+                    "executor": { "enum": ["local", "slurm"], "description": "Where nodes are computed." },
+                    "slurm": slurm(),
                 },
             },
         },
         "$defs": types,
+    })
+}
+
+/// `[run.slurm]`.
+fn slurm() -> Value {
+    let text = |about: &str| json!({ "type": "string", "description": about });
+    json!({
+        "type": "object",
+        "additionalProperties": false,
+        "description": "What jobs ask of a Slurm cluster.",
+        "properties": {
+            "partition": text("Passed on to sbatch."),
+            "account": text("Passed on to sbatch."),
+            "qos": text("Passed on to sbatch."),
+            "constraint": text("Passed on to sbatch."),
+            "time": text("The longest that a job may take, as in \"12 h\"."),
+            "memory": text("Least memory that a job asks for, as in \"4 GB\"."),
+            "cores": { "type": "integer", "minimum": 1, "maximum": 4096, "description": "Most cores of one node of the study." },
+            "modules": { "type": "array", "items": { "type": "string" }, "description": "Modules that a job loads first." },
+            "pack": text("Short nodes go into one job together, up to this time, as in \"5 min\"."),
+            "array": { "type": "integer", "minimum": 1, "maximum": 100_000, "description": "Most jobs of one array." },
+        },
     })
 }
 

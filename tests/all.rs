@@ -14,6 +14,7 @@ mod suite {
     pub mod language;
     pub mod project;
     pub mod schema;
+    pub mod slurm;
     pub mod stops;
     pub mod tidy;
 }

@@ -7,6 +7,7 @@
 //! | `digest.rs`, `recipe.rs`, `record.rs` | names of bytes, what was asked, what came of it |
 //! | `store.rs` | publishing, reading, looking up |
 //! | `index.rs` | lookups without opening a file |
+//! | `second.rs` | results from another store |
 //! | `lock.rs` | who computes what |
 //! | `upkeep.rs` | count, verify, repair, remove |
 //! | `error.rs` | why it could not serve |
@@ -16,6 +17,7 @@ mod index;
 mod lock;
 mod recipe;
 mod record;
+mod second;
 mod store;
 mod upkeep;
 pub use digest::{Digest, Hex};
@@ -23,5 +25,6 @@ pub use error::StoreError;
 pub use lock::{Claim, InUse};
 pub use recipe::{Asked, Change, Plugged, Recipe, Slot};
 pub use record::{Entry, Record};
+pub use second::Copied;
 pub use store::{Found, Store};
 pub use upkeep::{Collected, Limits, Problem, Repaired, Shelf, Stats, Verified};

@@ -45,6 +45,8 @@ pub struct Store {
     /// Whether this process has seen to it that the folders are there.
     ready: AtomicBool,
     notices: Mutex<Vec<String>>,
+    /// Serves what this one lacks.
+    pub(crate) second: Option<Box<Store>>,
 }
 
 impl Store {
@@ -62,7 +64,7 @@ impl Store {
         });
         let (serial, ready) = (AtomicU64::new(0), AtomicBool::new(false));
         let objects = OnceLock::new();
-        Ok(Store { root, index: Mutex::new(index), serial, objects, ready, notices: Mutex::new(notices) })
+        Ok(Store { root, index: Mutex::new(index), serial, objects, ready, notices: Mutex::new(notices), second: None })
     }
 
     /// Its folder.
@@ -101,8 +103,8 @@ impl Store {
             fs::create_dir_all(&path).map_err(StoreError::write(&path))?;
         }
         let path = self.root.join("format");
-        if !path.exists() {
-            self.publish_to(&path, FORMAT.as_bytes())?;
+        if fs::read_to_string(&path).map_or(true, |found| found != format_file()) {
+            self.publish_to(&path, format_file().as_bytes())?;
         }
         self.ready.store(true, Ordering::Release);
         Ok(())
@@ -185,8 +187,16 @@ impl Store {
     /// What the store has for `key`: from the index, with one look at the object's size and time.
     ///
     /// An object whose time isn't the one the index remembers is hashed; one that it remembers is hashed when it is used
-    /// (see [`Store::get`]). What other processes recorded since the store was opened is found too.
+    /// (see [`Store::get`]). What other processes recorded since the store was opened is found too, and what the second
+    /// store has, if there is one.
     pub fn find(&self, key: Digest) -> Found {
+        match self.find_here(key) {
+            Found::Whole(entry) => Found::Whole(entry),
+            lacking => self.look_behind(key).map_or(lacking, Found::Whole),
+        }
+    }
+
+    fn find_here(&self, key: Digest) -> Found {
         let known = self.known(key);
         let entry = match known {
             Some(known) => known.entry,
@@ -270,6 +280,15 @@ impl Store {
         Ok(())
     }
 
+    /// Publishes what is asked, so that another process can compute it by its key.
+    ///
+    /// # Errors
+    /// [`StoreError`] where it can't be written.
+    pub fn ask(&self, recipe: &Recipe) -> Result<(), StoreError> {
+        let asked = serde_json::to_vec(recipe).expect("recipes are plain data");
+        self.publish(&self.path("recipes", recipe.key()), &asked)
+    }
+
     /// The recipe behind `key`, if it is known and whole.
     pub fn recipe(&self, key: Digest) -> Option<Recipe> {
         read_recipe(key, &fs::read(self.path("recipes", key)).ok()?)
@@ -324,17 +343,37 @@ impl Store {
         Some(bytes)
     }
 
+    /// When something was last kept for `key` [ns since 1970]: another time means that somebody came further.
+    pub fn partial_mark(&self, key: Digest) -> Option<i64> {
+        fs::metadata(self.root.join("partial").join(key.hex().as_str())).ok().map(|there| time_of(&there))
+    }
+
     /// Forgets what was kept for `key`.
     pub fn drop_partial(&self, key: Digest) {
         let _ = fs::remove_file(self.root.join("partial").join(key.hex().as_str()));
     }
 }
 
+/// The file that says the format: the format, and a line that proves it.
+fn format_file() -> String {
+    format!("{FORMAT}\n{}\n", Digest::of(FORMAT.as_bytes()))
+}
+
+/// Refuses a store of another format; none is as good as this one. A damaged file says nothing: what lies in the store
+/// proves itself.
 fn check_format(root: &Path) -> Result<(), StoreError> {
     let path = root.join("format");
-    match fs::read_to_string(&path) {
-        Ok(found) if found.trim() == FORMAT => Ok(()),
-        Ok(found) => Err(StoreError::Format { path, found: found.trim().chars().take(40).collect() }),
+    match fs::read(&path) {
+        Ok(bytes) => {
+            let text = String::from_utf8_lossy(&bytes);
+            let (found, seal) = text.trim().split_once('\n').unwrap_or((text.trim(), ""));
+            let is_whole = seal.is_empty() || seal == Digest::of(found.as_bytes()).hex().as_str();
+            let number = found.strip_prefix("hvi-store/").and_then(|n| n.parse::<u32>().ok());
+            if found == FORMAT || !is_whole || number.is_none() {
+                return Ok(());
+            }
+            Err(StoreError::Format { path, found: found.chars().take(40).collect() })
+        }
         Err(e) if matches!(e.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory) => Ok(()),
         Err(source) => Err(StoreError::Io { path, source }),
     }

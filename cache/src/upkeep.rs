@@ -164,6 +164,11 @@ impl Store {
         self.files("locks").iter().filter(|f| lock::is_held(&f.path)).filter_map(|f| f.name).collect()
     }
 
+    /// Keys of all results on record.
+    pub(crate) fn keys(&self) -> Vec<Digest> {
+        self.files("results").into_iter().filter_map(|f| f.name).collect()
+    }
+
     /// Every result on record, by key.
     pub fn records(&self) -> Vec<(Digest, Record)> {
         let found = self.files("results").into_iter();

@@ -448,3 +448,57 @@ fn gc_removes_by_size_the_oldest_first_and_shared_results_last() {
     let done = store.gc(&Limits { max_bytes: Some(0), ..Limits::default() }).unwrap();
     assert_eq!((store.stats().objects.count, store.stats().results.count), (0, 0), "{done:?}");
 }
+
+#[test]
+fn a_second_store_serves_what_the_first_one_lacks_and_only_what_is_whole() {
+    let (own, other) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let second = Store::open(other.path()).unwrap();
+    let results: Vec<_> = (0..4).map(|n| store_result(&second, n)).collect();
+    fs::write(object(other.path(), results[1].1), "not what it should be").unwrap();
+    fs::write(on_shelf(other.path(), "results", results[2].0), "no record").unwrap();
+    fs::write(on_shelf(other.path(), "recipes", results[3].0), "no recipe").unwrap();
+    let before = files_below(other.path());
+    let store = Store::open(own.path()).unwrap().with_second(Store::open(other.path()).unwrap());
+    assert!(whole(&store, results[0].0));
+    assert!(results[1..].iter().all(|(key, _)| !whole(&store, *key)), "damage is not passed on");
+    assert_eq!(files_below(other.path()), before, "it is only read");
+    // What came is the first one's own now.
+    let alone = Store::open(own.path()).unwrap();
+    assert!(whole(&alone, results[0].0) && alone.get(results[0].1).unwrap() == b"result 0");
+    assert_eq!(alone.recipe(results[0].0), Some(recipe(0)));
+    // What is damaged here comes from there again.
+    fs::write(object(own.path(), results[0].1), "rot").unwrap();
+    assert!(whole(&store, results[0].0) && store.get(results[0].1).unwrap() == b"result 0");
+    // No second store is no obstacle.
+    let gone = Store::open(own.path()).unwrap().with_second(Store::open(own.path().join("absent")).unwrap());
+    assert!(whole(&gone, results[0].0) && !whole(&gone, results[1].0));
+}
+
+#[test]
+fn a_whole_store_is_copied_once() {
+    let (a, b) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let from = Store::open(a.path()).unwrap();
+    let results: Vec<_> = (0..5).map(|n| store_result(&from, n)).collect();
+    fs::write(object(a.path(), results[4].1), "rot").unwrap();
+    let to = Store::open(b.path()).unwrap();
+    store_result(&to, 0);
+    let done = to.fetch_all(&from).unwrap();
+    assert_eq!((done.results, done.known, done.damaged, done.bytes), (3, 1, 1, 24));
+    let done = to.fetch_all(&from).unwrap();
+    assert_eq!((done.results, done.known, done.damaged, done.bytes), (0, 4, 1, 0));
+    assert!(results[..4].iter().all(|(key, _)| whole(&to, *key)));
+    assert!(to.verify().problems.is_empty());
+}
+
+fn files_below(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+    let mut all = Vec::new();
+    let mut todo = vec![folder.to_path_buf()];
+    while let Some(folder) = todo.pop() {
+        for entry in fs::read_dir(folder).unwrap().flatten() {
+            let path = entry.path();
+            if path.is_dir() { todo.push(path) } else { all.push((path.clone(), fs::read(path).unwrap())) }
+        }
+    }
+    all.sort();
+    all
+}

@@ -37,6 +37,22 @@ enum What {
         #[command(flatten)]
         store: StoreArgs,
     },
+    /// Copy every result to another store, which lacks it
+    Push {
+        #[command(flatten)]
+        store: StoreArgs,
+        /// Folder of the other store; it is made if it isn't there
+        #[arg(value_name = "FOLDER")]
+        to: PathBuf,
+    },
+    /// Copy every result of another store that this one lacks
+    Pull {
+        #[command(flatten)]
+        store: StoreArgs,
+        /// Folder of the other store
+        #[arg(value_name = "FOLDER")]
+        from: PathBuf,
+    },
     /// Remove results: by age, by size, all but what pipelines need
     Gc(Gc),
 }
@@ -76,6 +92,11 @@ pub fn run(args: &Args) -> Done {
             ));
             Ok(ExitCode::SUCCESS)
         }
+        What::Push { store, to } => copy(&store.open(here)?, &Store::open(to)?),
+        What::Pull { from, .. } if !from.is_dir() => {
+            Err(Mistake::new(format!("{}: there is no store there", from.display())).into())
+        }
+        What::Pull { store, from } => copy(&Store::open(from)?, &store.open(here)?),
         What::Gc(gc) => collect(gc, &gc.store.open(here)?),
     }
 }
@@ -116,6 +137,21 @@ fn verify(store: &Store) -> Done {
         found.problems.len()
     ));
     Ok(ExitCode::from(u8::from(!found.problems.is_empty())))
+}
+
+/// Exit code 1 where something was not whole where it came from, so that a script hears of it.
+fn copy(from: &Store, to: &Store) -> Done {
+    let done = to.fetch_all(from)?;
+    say(format_args!(
+        "{} results ({}) copied to {}, {} were there, {} are damaged in {}",
+        done.results,
+        bytes(done.bytes),
+        to.folder().display(),
+        done.known,
+        done.damaged,
+        from.folder().display()
+    ));
+    Ok(ExitCode::from(u8::from(done.damaged > 0)))
 }
 
 fn collect(gc: &Gc, store: &Store) -> Done {

@@ -2,8 +2,8 @@
 use super::{Done, OutArgs, Stop, StudyArgs};
 use crate::console::{self, Console, Mode, duration, warn};
 use crate::events::{Line, RunLine};
-use crate::execute::{self, Options, Outcome, Report};
-use crate::pipeline::Pipeline;
+use crate::execute::{self, Options, Outcome, Remote, Report};
+use crate::pipeline::{Executor, Pipeline};
 use crate::plan::Plan;
 use crate::{amount, history, outputs};
 use hvi_kit::{Cancel, Store};
@@ -37,6 +37,9 @@ pub struct Args {
     /// How long a node goes on before it keeps what it needs to go on from there
     #[arg(long, value_name = "TIME", value_parser = amount::time, default_value = "10s")]
     checkpoint: Duration,
+    /// Where nodes are computed [default: `executor` in [run], else local]
+    #[arg(long, value_name = "WHERE", value_enum)]
+    executor: Option<Executor>,
     /// One JSON object a line on standard output for everything that happens
     #[arg(long)]
     json: bool,
@@ -46,7 +49,13 @@ pub struct Args {
 }
 
 impl Args {
-    fn options<'a>(&self, pipeline: &Pipeline, jobs: usize, cancel: &'a Cancel, listener: &'a Console) -> Options<'a> {
+    fn options<'a>(
+        &self,
+        pipeline: &'a Pipeline,
+        jobs: usize,
+        cancel: &'a Cancel,
+        listener: &'a Console,
+    ) -> Options<'a> {
         let usual = Options::new(jobs, cancel, listener);
         Options {
             memory: pipeline.settings.memory.unwrap_or(usual.memory),
@@ -54,8 +63,15 @@ impl Args {
             retry: self.retry.or(pipeline.settings.retry).unwrap_or(0),
             timeout: self.timeout.or(pipeline.settings.timeout),
             checkpoint: self.checkpoint,
+            remote: self
+                .is_remote(pipeline)
+                .then_some(Remote { study: &pipeline.name, profile: &pipeline.settings.slurm }),
             ..usual
         }
+    }
+
+    fn is_remote(&self, pipeline: &Pipeline) -> bool {
+        self.executor.or(pipeline.settings.executor) == Some(Executor::Slurm)
     }
 }
 
@@ -74,6 +90,9 @@ pub fn run(args: &Args) -> Done {
     let folder = args.out.folder(&pipeline);
     outputs::claim(&pipeline, &folder)?;
     let store = args.study.store()?;
+    if args.is_remote(&pipeline) {
+        execute::slurm::version().map_err(Stop::Machine)?;
+    }
     let cores = || std::thread::available_parallelism().map_or(1, usize::from);
     let jobs = args.jobs.map(usize::from).or(pipeline.settings.jobs).unwrap_or_else(cores).max(1);
     let cancel = stop_on_interrupt();
@@ -109,6 +128,12 @@ pub fn run(args: &Args) -> Done {
     }
     if counts.cancelled > 0 {
         warn(format_args!("stopped: what was finished is kept, the same command goes on from there"));
+        if args.is_remote(&pipeline) {
+            let path = pipeline.path.display();
+            warn(format_args!(
+                "jobs go on: the same command waits for them again; to end them: hvi-flow cancel {path}"
+            ));
+        }
         return Ok(ExitCode::from(130));
     }
     for unreadable in &written.unreadable {
@@ -129,7 +154,7 @@ fn note(store: &Store, pipeline: &Pipeline, plan: &Plan, report: &Report) {
 }
 
 /// The flag that Ctrl-C sets; a second Ctrl-C ends the program at once.
-fn stop_on_interrupt() -> &'static Cancel {
+pub fn stop_on_interrupt() -> &'static Cancel {
     static CANCEL: std::sync::OnceLock<Cancel> = std::sync::OnceLock::new();
     let cancel = CANCEL.get_or_init(Cancel::default);
     let _ = ctrlc::set_handler(|| {
@@ -144,7 +169,7 @@ fn stop_on_interrupt() -> &'static Cancel {
 }
 
 /// A panic on a worker is reported as its node's failure: nothing is printed for it.
-fn quiet_workers() {
+pub fn quiet_workers() {
     let usual = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |info| {
         if std::thread::current().name() != Some(execute::WORKER) {

@@ -87,7 +87,11 @@ impl<'a> Coordinator<'a> {
             foretold: Vec::new(),
             ways: Vec::new(),
             waiting: Waiting::default(),
-            machine: Machine::new(options.jobs, options.memory),
+            machine: match options.remote {
+                // A cluster has queues of its own.
+                Some(_) => Machine::new(usize::MAX, u64::MAX),
+                None => Machine::new(options.jobs, options.memory),
+            },
             running: HashMap::new(),
             later: Vec::new(),
             locked: HashMap::new(),
@@ -197,7 +201,8 @@ impl<'a> Coordinator<'a> {
     fn enqueue(&mut self, id: NodeId) {
         let node = &self.plan.nodes[id];
         let needs = (node.stage.needs)(&node.params);
-        self.waiting.push(id, self.ways[id], needs.threads, self.machine.asked(needs.memory));
+        let threads = self.options.remote.map_or(needs.threads, |remote| needs.threads.min(remote.profile.cores));
+        self.waiting.push(id, self.ways[id], threads, self.machine.asked(needs.memory));
     }
 
     /// Core-seconds foretold for each node that isn't settled, 0 for the others.
@@ -229,10 +234,14 @@ impl<'a> Coordinator<'a> {
             let cancel = Arc::new(Cancel::default());
             let (stage, cost) = (self.plan.nodes[id].stage, self.plan.nodes[id].cost);
             let (recipe, threads) = (self.recipe(id), share.threads);
-            let job = Job { id, stage, cost, recipe, key, threads, cancel: cancel.clone(), claim };
-            let timeout = self.care(id).timeout.or(self.options.timeout);
+            let (memory, foretold) = (share.memory, self.foretold[id]);
+            let job = Job { id, stage, cost, recipe, key, threads, memory, foretold, cancel: cancel.clone(), claim };
+            // A job sees to its own time, which begins when it does.
+            let timeout = self.care(id).timeout.or(self.options.timeout).filter(|_| self.options.remote.is_none());
             self.running.insert(id, Running { share, cancel, since: Instant::now(), timeout, out_of_time: false });
-            self.tell(id, What::Started { threads: share.threads, foretold: self.foretold[id] });
+            if self.options.remote.is_none() {
+                self.tell(id, What::Started { threads, foretold });
+            }
             begin(job);
         }
     }
@@ -259,6 +268,10 @@ impl<'a> Coordinator<'a> {
     }
 
     fn claim(&self, key: Digest) -> Turn {
+        if self.options.remote.is_some() {
+            // The job claims it.
+            return Turn::Ours(None);
+        }
         match self.store.claim(key) {
             Ok(Some(claim)) => Turn::Ours(Some(claim)),
             Ok(None) => Turn::Elsewhere,
@@ -307,10 +320,7 @@ impl<'a> Coordinator<'a> {
         match came {
             Came::Made(entry) => self.resolve(id, Outcome::Ran(entry)),
             Came::Stopped if running.out_of_time => {
-                let limit = crate::console::duration(running.timeout.unwrap_or_default().as_secs_f64());
-                let why = format!(
-                    "stopped after {limit}, its timeout; what it kept lets it go on from there: run again, with a longer one"
-                );
+                let why = super::out_of_time(running.timeout.unwrap_or_default());
                 self.fail(id, why);
             }
             Came::Stopped => self.resolve(id, Outcome::Cancelled),

@@ -29,6 +29,10 @@ pub struct Job {
     pub key: Digest,
     /// Threads it may use.
     pub threads: usize,
+    /// Memory it asks for [B].
+    pub memory: u64,
+    /// Core-seconds foretold, from what such nodes took before.
+    pub foretold: f64,
     /// Set to stop it.
     pub cancel: Arc<Cancel>,
     /// Keeps other runs from computing the same; none where the store has no locks.

@@ -208,3 +208,30 @@ fn a_store_of_another_format_is_refused() {
     assert_eq!(said.code, 1);
     assert!(said.err.contains("hvi-store/99") && said.err.contains("--store"), "{}", said.err);
 }
+
+/// One machine pushes, another one pulls, or reads through: nothing is computed twice.
+#[test]
+fn results_travel_by_a_shared_store() {
+    let project = Project::new(STUDY);
+    project.run();
+    let shared = tempfile::tempdir().unwrap();
+    let folder = shared.path().join("shared");
+    let folder = folder.to_str().unwrap();
+    assert_eq!(project.hvi(&["cache", "pull", folder]).code, 2, "there is no store yet");
+    let said = project.hvi(&["cache", "push", folder]);
+    assert!(said.code == 0 && said.out.contains("3 results"), "{}{}", said.out, said.err);
+    let said = project.hvi(&["cache", "push", folder]);
+    assert!(said.out.contains("0 results") && said.out.contains("3 were there"), "{}", said.out);
+    for pulled in [true, false] {
+        let other = Project::new(STUDY);
+        let said = if pulled {
+            assert_eq!(other.hvi(&["cache", "pull", folder]).code, 0);
+            other.run()
+        } else {
+            other.hvi(&["run", "study.toml", "--second-store", folder])
+        };
+        assert!(said.err.contains("3 from the store, 0 computed"), "{}", said.err);
+        assert!(super::project::objects(&other) == super::project::objects(&project));
+        assert!(other.run().err.contains("3 from the store, 0 computed"), "it needs the other one no longer");
+    }
+}

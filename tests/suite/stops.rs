@@ -158,7 +158,7 @@ fn a_run_that_waits_for_one_that_dies_takes_over() {
 }
 
 /// The film asks for a time at which there is no snapshot: it fails. The others don't need it.
-const FAILING: &str = r#"
+pub const FAILING: &str = r#"
 [step.hit]
 use = "impact"
 projectile = { shape = "sphere", diameter = "1 mm", material = "copper" }

@@ -1,0 +1,326 @@
+"""Random faults under hvi-flow: how many gave a wrong result, lost one, or were recovered from.
+
+    make faults                          builds hvi-flow, 3000 tries, writes docs/reliability.md
+    python3 benches/faults.py --help
+
+Each try begins with a store of its own, whole or empty. A fault is done to it, or to a run on it; a run follows, with the
+cause still there; then the cause is taken away and the study runs twice more. Counted:
+
+- wrong: a run showed a number that is not the right one, panicked, or ended with an exit code of no meaning (0 done, 1
+  something failed and it says what, 2 the input is wrong);
+- lost: in the end the store has not every result, byte for byte, or a run still computes what should be there;
+- recovered: neither.
+
+As root, so that file systems can be mounted; the runs without write permission are those of user 65534.
+"""
+import argparse, concurrent.futures, os, random, shutil, signal, subprocess, sys, tempfile, time
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+STUDY = """
+[step.metal]
+use = "eos.handbook"
+mie_gruneisen = { density = "8930 kg/m3", sound_speed = "3940 m/s", slope = 1.5, gruneisen = 2.02, heat_capacity = "385 J/kg/K" }
+sweep = { "mie_gruneisen.slope" = "1.2 .. 1.6 in 12" }
+[step.set]
+use = "eos.handbook"
+set = "copper-royce"
+[step.check]
+use = "validate.isotherm"
+eos = "@set"
+data = "measured.csv"
+[step.hit]
+use = "impact"
+projectile = { shape = "sphere", diameter = "1 mm", material = "copper", eos = "@set" }
+plate = { material = "copper", thickness = "0.5 mm", width = "2 mm", eos = "@set" }
+cells = 2
+end = "0.1 us"
+velocity = "2 km/s"
+"""
+TABLES = ["metal.csv", "set.csv", "check.csv", "hit.csv"]
+NOBODY = 65534
+
+
+class Try:
+    """A folder with the study and a store."""
+
+    def __init__(self, program, folder, whole, seed):
+        self.program, self.folder, self.whole = program, folder, whole
+        self.random = random.Random(seed)
+        folder.mkdir()
+        folder.chmod(0o777)
+        shutil.copy(whole / "study.toml", folder)
+        shutil.copy(whole / "measured.csv", folder)
+        self.store = folder / "store"
+        self.panicked = self.odd = False
+
+    def with_store(self):
+        shutil.copytree(self.whole / "store", self.store)
+
+    def command(self, store=None):
+        return [self.program, "run", "study.toml", "--store", str(store or self.store), "--checkpoint", "1ms", "--keep-going"]
+
+    def run(self, prefix=(), fresh=True, store=None):
+        """Runs the study; with `fresh` it reads every result anew. The exit code, and what it said."""
+        if fresh:
+            shutil.rmtree(self.folder / "out", ignore_errors=True)
+        done = subprocess.run([*prefix, *self.command(store)], cwd=self.folder, capture_output=True, text=True, errors="replace")
+        self.note(done.returncode, done.stderr)
+        return done.returncode, done.stderr
+
+    def note(self, code, said):
+        self.panicked |= "panicked" in said
+        self.odd |= code not in (0, 1, 2)
+        self.odd |= code != 0 and not said.strip()
+
+    def files(self):
+        return [p for p in sorted(self.store.rglob("*")) if p.is_file()]
+
+    def tables_are_right(self, all_of_them):
+        for name in TABLES:
+            path = self.folder / "out/study" / name
+            if path.exists():
+                lines, right = path.read_text().splitlines(), (self.whole / "out/study" / name).read_text().splitlines()
+                # Points without a result have a row with empty cells.
+                if all_of_them and lines != right or any(l not in right and not l.endswith(",") for l in lines):
+                    return False
+            elif all_of_them:
+                return False
+        return True
+
+    def objects(self):
+        found = (self.store / "objects").rglob("*")
+        return {p.parent.name + p.name: p.read_bytes() for p in found if p.is_file()}
+
+
+# --- Faults. Each leaves the cause there and returns what takes it away. ---
+
+
+def flip(t):
+    t.with_store()
+    path = t.random.choice(t.files())
+    times = path.stat()
+    data = bytearray(path.read_bytes())
+    if data:
+        data[t.random.randrange(len(data))] ^= 1 << t.random.randrange(8)
+    path.write_bytes(data)
+    if t.random.random() < 0.5:
+        os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))
+    t.run()
+
+
+def truncate(t):
+    t.with_store()
+    path = t.random.choice(t.files())
+    os.truncate(path, t.random.randrange(max(path.stat().st_size, 1)))
+    t.run()
+
+
+def remove(t):
+    t.with_store()
+    for path in t.random.sample(t.files(), t.random.randint(1, 5)):
+        path.unlink()
+    t.run()
+
+
+def garbage(t):
+    t.with_store()
+    for path in t.random.sample(t.files(), t.random.randint(1, 5)):
+        path.write_bytes(t.random.randbytes(t.random.randrange(400)))
+    t.run()
+
+
+def swap(t):
+    """A file under another one's name."""
+    t.with_store()
+    a, b = t.random.sample(t.files(), 2)
+    data = a.read_bytes()
+    a.write_bytes(b.read_bytes())
+    b.write_bytes(data)
+    t.run()
+
+
+def clock(t):
+    """Times of files far in the past or the future."""
+    t.with_store()
+    for path in t.files():
+        if t.random.random() < 0.5:
+            when = t.random.randrange(2**32)
+            os.utime(path, (when, when))
+    t.run()
+
+
+def kill(t):
+    """kill -9 at a random time, several times in a row."""
+    for _ in range(t.random.randint(1, 3)):
+        process = subprocess.Popen(t.command(), cwd=t.folder, stderr=subprocess.PIPE, text=True)
+        try:
+            _, said = process.communicate(timeout=t.random.random() * 0.15)
+            t.note(process.returncode, said)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.communicate()
+
+
+def two_killed(t):
+    """Two runs on one store, one of them killed with -9."""
+    runs = [subprocess.Popen(t.command() + ["--out", f"out{i}"], cwd=t.folder, stderr=subprocess.PIPE, text=True) for i in range(2)]
+    time.sleep(t.random.random() * 0.1)
+    runs[0].kill()
+    runs[0].communicate()
+    _, said = runs[1].communicate()
+    t.note(runs[1].returncode, said)
+
+
+def damaged_while_running(t):
+    """A file cut short while a run uses the store."""
+    t.with_store()
+    shutil.rmtree(t.store / "results")
+    (t.store / "index").unlink()
+    process = subprocess.Popen(t.command(), cwd=t.folder, stderr=subprocess.PIPE, text=True)
+    time.sleep(t.random.random() * 0.06)
+    files = t.files()
+    if files:
+        try:
+            os.truncate(t.random.choice(files), 3)
+        except FileNotFoundError:
+            pass
+    _, said = process.communicate()
+    t.note(process.returncode, said)
+
+
+def as_nobody(t):
+    return ["setpriv", f"--reuid={NOBODY}", f"--regid={NOBODY}", "--clear-groups"]
+
+
+def permission(t):
+    """A folder or a file of the store that may not be read, written, or entered."""
+    t.with_store()
+    below = sorted(t.store.rglob("*"))
+    if t.random.random() < 0.5:
+        below = [p for p in below if p.is_dir()]
+    path = t.random.choice(below)
+    for p in [t.store, *t.store.rglob("*")]:
+        os.chown(p, NOBODY, NOBODY)
+    old = path.stat().st_mode & 0o777
+    path.chmod(t.random.choice([0, 0o400, 0o500]))
+    t.run(prefix=as_nobody(t))
+    path.chmod(old)
+
+
+def read_only(t):
+    """A store with half of the results, on which nothing can be written."""
+    t.with_store()
+    for path in [p for p in t.files() if "results" in p.parts and t.random.random() < 0.5]:
+        path.unlink()
+    (t.store / "index").unlink()
+    script = 'mount --bind store store; mount -o remount,bind,ro store; exec "$@"'
+    t.run(prefix=["unshare", "--mount", "--propagation", "private", "sh", "-euc", script, "sh"])
+
+
+def full(t):
+    """A store on a file system of a few kilobytes."""
+    t.store.mkdir()
+    size = t.random.randrange(8, 700)
+    script = f'mount -t tmpfs -o size={size}k tmpfs store; "$@" || code=$?; cp -r store saved; exit ${{code:-0}}'
+    t.run(prefix=["unshare", "--mount", "--propagation", "private", "sh", "-euc", script, "sh"])
+    t.store.rmdir()
+    (t.folder / "saved").rename(t.store)
+
+
+def results_edited(t):
+    """A result for people, in out/, changed by hand."""
+    t.with_store()
+    t.run()
+    path = t.random.choice([p for p in (t.folder / "out").rglob("*") if p.is_file()])
+    path.write_bytes(t.random.randbytes(50))
+    t.run(fresh=False)
+
+
+CASES = {
+    "a bit flipped, in any file of the store": flip,
+    "a file cut short": truncate,
+    "files removed": remove,
+    "files overwritten with noise": garbage,
+    "two files exchanged": swap,
+    "clock jumps: times of files far off": clock,
+    "kill -9 in a run": kill,
+    "kill -9 in one of two runs": two_killed,
+    "a file cut short under a run": damaged_while_running,
+    "permission lost": permission,
+    "a store that can't be written": read_only,
+    "disk full": full,
+    "a result for people edited": results_edited,
+}
+
+
+def one(case, program, whole, work, seed):
+    """Whether a try was wrong, lost, and what it said then."""
+    folder = Path(tempfile.mkdtemp(dir=work))
+    t = Try(program, folder / "try", whole, seed)
+    folder.chmod(0o777)
+    try:
+        CASES[case](t)
+        wrong = not t.tables_are_right(False)
+        code, said = t.run()
+        wrong |= not t.tables_are_right(code == 0)
+        code_again, again = t.run()
+        right = {p.parent.name + p.name: p.read_bytes() for p in (whole / "store/objects").rglob("*") if p.is_file()}
+        # Copies of input files are put right when a node reads them.
+        right = {name: data for name, data in right.items() if not data.startswith(b"file/")}
+        found = t.objects()
+        lost = code_again != 0 or not t.tables_are_right(True) or " 0 computed" not in again
+        lost |= any(found.get(name) != data for name, data in right.items())
+        bad = wrong or t.panicked or t.odd
+        return bad, lost, f"{case}, seed {seed}: codes {code} {code_again}\n{said}{again}" if bad or lost else ""
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--program", default=str(ROOT / "target/release/hvi-flow"))
+    parser.add_argument("--tries", type=int, default=3000)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--case", help="only cases whose name contains this")
+    parser.add_argument("--write", type=Path, help="also write the table to this file")
+    args = parser.parse_args()
+    if os.geteuid() != 0:
+        sys.exit("faults: file systems are mounted here, so this must be run by root")
+    work = Path(tempfile.mkdtemp(prefix="hvi-faults-", dir="/dev/shm" if Path("/dev/shm").is_dir() else None))
+    work.chmod(0o777)
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
+    try:
+        whole = work / "whole"
+        whole.mkdir()
+        (whole / "study.toml").write_text(STUDY)
+        shutil.copy(ROOT / "pipelines/data/cu_isotherm_dewaele2004.csv", whole / "measured.csv")
+        subprocess.run([args.program, "run", "-q", "study.toml", "--store", "store"], cwd=whole, check=True)
+        cases = [c for c in CASES if not args.case or args.case in c]
+        each = -(-args.tries // len(cases))
+        start = time.monotonic()
+        counts = {c: [0, 0, 0, 0] for c in cases}
+        jobs = [(c, args.seed * 1_000_000 + k * each + i) for k, c in enumerate(cases) for i in range(each)]
+        with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+            for (case, _), (wrong, lost, said) in zip(jobs, pool.map(lambda j: one(j[0], args.program, whole, work, j[1]), jobs)):
+                count = counts[case]
+                for i, yes in enumerate([True, wrong, lost, not wrong and not lost]):
+                    count[i] += yes
+                if said:
+                    print(said, file=sys.stderr)
+    finally:
+        shutil.rmtree(work, ignore_errors=True)
+    total = [sum(c[i] for c in counts.values()) for i in range(4)]
+    rows = [[case, *map(str, count)] for case, count in counts.items()] + [["all", *map(str, total)]]
+    lines = ["| case | tries | wrong | lost | recovered |", "|---|---|---|---|---|"] + ["| " + " | ".join(r) + " |" for r in rows]
+    text = "\n".join(lines) + "\n"
+    print(text + f"{time.monotonic() - start:.0f} s")
+    if args.write:
+        about = __doc__.split("Each try begins")[1].rsplit("\n\nAs root", 1)[0]
+        head = "# What faults do\n\nMade by `make faults` (`benches/faults.py`), seed " + f"{args.seed}.\n\nEach try begins{about}\n\n"
+        args.write.write_text(head + text)
+    sys.exit(1 if total[1] or total[2] else 0)
+
+
+if __name__ == "__main__":
+    main()

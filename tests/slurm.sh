@@ -1,0 +1,117 @@
+#!/bin/bash
+# A Slurm cluster of one node for the tests: private, on the loopback, without cgroups and accounting; nothing of the
+# machine's own configuration is read or changed. As root: munged runs as user munge, as it wants to.
+#   slurm.sh up FOLDER [PID]  starts it and prints the line that makes a shell use it; ends it when process PID ends
+#   slurm.sh kill FOLDER    kills the controller with -9
+#   slurm.sh again FOLDER   starts the controller again
+#   slurm.sh down FOLDER    ends it, and removes the folder
+set -euo pipefail
+[ $# -ge 2 ] || { sed -n '2,7s/^# //p' "$0" >&2; exit 2; }
+for program in munged slurmctld slurmd sbatch; do
+    command -v $program >/dev/null || [ -x /usr/sbin/$program ] || {
+        echo "$program is missing: apt-get install slurm-wlm munge" >&2; exit 1; }
+done
+mkdir -p "$2"
+at=$(realpath "$2")
+export PATH="$PATH:/usr/sbin" SLURM_CONF="$at/slurm.conf"
+cores=$(nproc)
+
+free_port() { python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])'; }
+
+configure() {
+    mkdir -p "$at"/{state,spool,log,run,munge}
+    # Slurm wants no folder above its key that others may write to.
+    chmod 755 "$at" "$at/munge"
+    head -c 1024 /dev/urandom >"$at/munge/munge.key"
+    chmod 400 "$at/munge/munge.key"
+    [ "$(id -u)" = 0 ] && chown -R munge:munge "$at/munge"
+    cat >"$SLURM_CONF" <<END
+ClusterName=test
+SlurmctldHost=localhost
+SlurmctldPort=$(free_port)
+SlurmdPort=$(free_port)
+SlurmUser=$(id -un)
+SlurmdUser=$(id -un)
+AuthType=auth/munge
+AuthInfo=socket=$at/munge/socket
+CredType=cred/munge
+StateSaveLocation=$at/state
+SlurmdSpoolDir=$at/spool
+SlurmctldPidFile=$at/run/slurmctld.pid
+SlurmdPidFile=$at/run/slurmd.pid
+SlurmctldLogFile=$at/log/slurmctld.log
+SlurmdLogFile=$at/log/slurmd.log
+ProctrackType=proctrack/linuxproc
+TaskPlugin=task/none
+JobAcctGatherType=jobacct_gather/none
+AccountingStorageType=accounting_storage/none
+MpiDefault=none
+SwitchType=switch/none
+SelectType=select/cons_tres
+SelectTypeParameters=CR_Core_Memory
+SchedulerType=sched/backfill
+SchedulerParameters=batch_sched_delay=0,sched_interval=1,default_queue_depth=10000
+ReturnToService=2
+SlurmdParameters=config_overrides
+MinJobAge=300
+KillWait=2
+MessageTimeout=30
+NodeName=localhost CPUs=$((2 * cores)) RealMemory=64000 State=UNKNOWN
+PartitionName=debug Nodes=localhost Default=YES MaxTime=INFINITE State=UP OverSubscribe=NO
+END
+}
+
+controller() {
+    # Detached: the test that starts it may be killed, and this script ends.
+    setsid slurmctld -D "$@" >"$at/log/slurmctld.out" 2>&1 </dev/null &
+    echo $! >"$at/run/slurmctld.started"
+}
+
+wait_until() {
+    for _ in $(seq 300); do "$@" >/dev/null 2>&1 && return; sleep 0.1; done
+    echo "Slurm did not come up:" >&2
+    tail -n 20 "$at"/log/* >&2
+    return 1
+}
+
+is_idle() { sinfo -h -o %T | grep -q -e idle -e mix -e alloc; }
+
+up() {
+    configure
+    local munged="munged --foreground --key-file=$at/munge/munge.key --socket=$at/munge/socket --seed-file=$at/munge/seed"
+    munged+=" --pid-file=$at/munge/pid --log-file=$at/munge/log"
+    if [ "$(id -u)" = 0 ]; then munged="setpriv --reuid=munge --regid=munge --clear-groups $munged"; fi
+    setsid $munged >"$at/log/munged.out" 2>&1 </dev/null &
+    echo $! >"$at/run/munged.started"
+    wait_until munge -S "$at/munge/socket" -n
+    controller -i
+    setsid slurmd -D -N localhost >"$at/log/slurmd.out" 2>&1 </dev/null &
+    echo $! >"$at/run/slurmd.started"
+    wait_until is_idle
+    if [ $# = 1 ]; then
+        setsid bash -c "while kill -0 $1; do sleep 1; done; exec bash '$0' down '$at'" >/dev/null 2>&1 </dev/null &
+    fi
+    echo "export SLURM_CONF=$SLURM_CONF"
+}
+
+down() {
+    # Running jobs first, or the daemons of their steps outlive the cluster.
+    timeout 10 scancel --user="$(id -un)" 2>/dev/null || true
+    for _ in $(seq 50); do [ -z "$(timeout 5 squeue -h 2>/dev/null)" ] && break; sleep 0.1; done
+    for name in slurmd slurmctld munged; do
+        local pid
+        pid=$(cat "$at/run/$name.started" 2>/dev/null) || continue
+        kill "$pid" 2>/dev/null || true
+        for _ in $(seq 50); do kill -0 "$pid" 2>/dev/null || break; sleep 0.1; done
+        kill -9 "$pid" 2>/dev/null || true
+    done
+    rm -rf "$at"
+}
+
+case $1 in
+up) up "${@:3}" ;;
+kill) kill -9 "$(cat "$at/run/slurmctld.started")" ;;
+again) controller && wait_until is_idle ;;
+down) down ;;
+*) echo "$0: unknown: $1" >&2; exit 2 ;;
+esac
