@@ -115,6 +115,24 @@ fn another_format_is_refused_with_what_helps() {
     assert!(text.contains("hvi-store/99") && text.contains("hvi-store/1") && text.contains("--store"), "{text}");
 }
 
+/// What lies in the store proves itself, so a damaged note of its format hides nothing.
+#[test]
+fn a_damaged_note_of_the_format_is_written_anew() {
+    let folder = tempfile::tempdir().unwrap();
+    let (key, _) = store_result(&Store::open(folder.path()).unwrap(), 1);
+    let path = folder.path().join("format");
+    let right = fs::read(&path).unwrap();
+    for bad in 0..right.len() {
+        let mut bytes = right.clone();
+        bytes[bad] ^= 2;
+        fs::write(&path, bytes).unwrap();
+        let store = Store::open(folder.path()).unwrap();
+        assert!(whole(&store, key), "byte {bad}");
+        store_result(&store, 2 + bad);
+        assert_eq!(fs::read(&path).unwrap(), right);
+    }
+}
+
 #[test]
 fn damaged_objects_are_noticed_and_moved_aside() {
     let folder = tempfile::tempdir().unwrap();
