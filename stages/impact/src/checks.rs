@@ -33,7 +33,7 @@ pub fn bodies(params: &Params, layout: &Layout) -> Result<(), Invalid> {
         if let Some(why) = body.shape.fault() {
             return Err(Invalid::new(&format!("bodies.{name}.shape"), why));
         }
-        direction(params.space, name, body.velocity)?;
+        direction(params.space(), name, body.velocity)?;
     }
     for (name, plate) in &params.plates {
         let sizes = [("thickness", Some(plate.thickness)), ("width", plate.width), ("distance", Some(plate.distance))];
@@ -55,7 +55,7 @@ fn angle(params: &Params) -> Result<(), Invalid> {
     if !(0.0..=STEEPEST).contains(&degrees) {
         return Err(Invalid::new("angle", format!("is {degrees:.6} deg, must lie between 0 and {STEEPEST} deg")));
     }
-    if degrees > 0.0 && !matches!(params.space, SpaceChoice::Half | SpaceChoice::Full) {
+    if degrees > 0.0 && !matches!(params.space(), SpaceChoice::Half | SpaceChoice::Full) {
         return Err(Invalid::new("angle", "an oblique impact needs space = \"half\" or \"full\""));
     }
     Ok(())
@@ -119,7 +119,7 @@ fn constants(params: &Params, body: &str, material: &Material) -> Result<(), Inv
 /// At least two cells through each body.
 fn thick_enough(params: &Params, layout: &Layout) -> Result<(), Invalid> {
     for piece in pieces(params, layout).iter().skip(2) {
-        let (thin, cell) = (piece.solid.thinnest(axes(params.space)), layout.cell);
+        let (thin, cell) = (piece.solid.thinnest(axes(params.space())), layout.cell);
         // A hair, for thicknesses meant as whole cells.
         if thin < CELLS * cell * (1.0 - 1e-9) {
             let key = match params.plates.contains_key(piece.name) {
@@ -147,7 +147,7 @@ fn thick_enough(params: &Params, layout: &Layout) -> Result<(), Invalid> {
 pub fn places(params: &Params, layout: &Layout) -> Result<(), Invalid> {
     let all = pieces(params, layout);
     for (i, piece) in all.iter().enumerate().skip(2) {
-        let count = scene::estimate(&piece.solid, params.space, layout.spacing);
+        let count = scene::estimate(&piece.solid, params.space(), layout.spacing);
         if count < 1.0 {
             let why = format!("holds no particle at a spacing of {:.4} mm in this space", layout.spacing * 1e3);
             return Err(Invalid::new(&piece.place, why));
@@ -161,10 +161,10 @@ pub fn places(params: &Params, layout: &Layout) -> Result<(), Invalid> {
 }
 
 fn overlap(params: &Params, piece: &Piece<'_>, other: &Piece<'_>) -> Result<(), Invalid> {
-    let count = axes(params.space);
+    let count = axes(params.space());
     let (a, b) = (piece.solid.bounds(), other.solid.bounds());
     let common = (std::array::from_fn(|d| a.0[d].max(b.0[d])), std::array::from_fn(|d| a.1[d].min(b.1[d])));
-    let (low, high) = scene::clip(common, params.space);
+    let (low, high) = scene::clip(common, params.space());
     // Faces meant to touch may overlap by rounding.
     if (0..count).any(|d| high[d] - low[d] <= 1e-9 * (a.1[d] - a.0[d])) {
         return Ok(());
@@ -218,7 +218,7 @@ fn plates_are_met(params: &Params, layout: &Layout) -> Result<(), Invalid> {
 
 /// Each moving body's box must run into another's before the end.
 fn bodies_meet(params: &Params, layout: &Layout, all: &[Piece<'_>]) -> Result<(), Invalid> {
-    let count = axes(params.space);
+    let count = axes(params.space());
     for (i, piece) in all.iter().enumerate().skip(2 + params.plates.len()) {
         if piece.velocity == [0.0; 3] {
             continue;

@@ -1,6 +1,6 @@
 //! What is said where a run goes wrong: where, what, what was allowed, the likely cause, and what to do.
 use crate::particle::Particle;
-use crate::result::{Body, Ledger};
+use crate::result::{Body, Crossing, Ledger};
 use crate::step::{Setting, State, Stop};
 use hvi_kit::StageError;
 
@@ -69,6 +69,19 @@ fn place<const D: usize>(p: &Particle<D>, bodies: &[Body]) -> String {
         p.energy,
         p.sound_speed
     )
+}
+
+/// An effect that was left off and is missing, where the run is to stop at that.
+pub fn crossed(crossing: &Crossing) -> StageError {
+    StageError::physics(format_args!(
+        "{:.4} us: {} is {:.3e}, {:.0e} is allowed with {} off, as effects = \"auto\" had decided; set {} on, or guard = \"rerun\"",
+        crossing.time * 1e6,
+        crossing.what,
+        crossing.number,
+        crossing.threshold,
+        crossing.effect.name(),
+        crossing.effect.name()
+    ))
 }
 
 /// Says where and what, and what to do.

@@ -1,7 +1,7 @@
 //! Explicit material point method for hypervelocity impact.
 //!
 //! `params.rs` what a pipeline says, `bodies.rs` of all bodies, `solid.rs` of their shapes,
-//! `mesh.rs` of surfaces from files, `probes.rs` of what is followed; `checks.rs` what must hold between them; `scene.rs` particles from it; `method.rs` which variant of the method; `step.rs` one time
+//! `mesh.rs` of surfaces from files, `probes.rs` of what is followed; `effects.rs` which effects the scene calls for; `checks.rs` what must hold between them; `scene.rs` particles from it; `method.rs` which variant of the method; `step.rs` one time
 //! step, made of `p2g.rs` (particles to grid), `conduction.rs`, `contact.rs`, `grid_update.rs` and `g2p.rs` (grid to particles; `xpic.rs` its
 //! FLIP and XPIC kin, `remap.rs` MUSL's second pass), on the sparse `grid.rs` with the weights of `kernel.rs`; `material/` what
 //! matter does; `ledger.rs` sums over the scene; `melt.rs` phases and snapshots; `result.rs` what a run leaves, `show.rs` what of
@@ -10,6 +10,7 @@ pub mod bodies;
 mod checks;
 mod conduction;
 mod contact;
+pub mod effects;
 mod fault;
 mod g2p;
 mod grid;
@@ -34,4 +35,5 @@ pub mod step;
 mod tensor;
 mod xpic;
 pub use params::Params;
+pub use show::{decision, decision_columns};
 pub use stage::{ImpactInputs, ImpactStage};

@@ -1,6 +1,7 @@
 //! Parameters of the stage `impact`, and their checks.
 use crate::bodies::{FreeBody, MeshFile, RearPlate};
 use crate::checks;
+use crate::effects::{Choice, Guard};
 use crate::kernel::Kernel;
 use crate::material::{self, Material};
 use crate::method::{self, Method, Scheme, Transfer};
@@ -50,9 +51,9 @@ pub struct Params {
     /// Particles a cell along each axis, 1 to 4.
     #[serde(default = "particles")]
     pub particles: u32,
-    /// Dimensions and symmetry.
-    #[serde(default)]
-    pub space: SpaceChoice,
+    /// Dimensions and symmetry. Default: axisymmetric; with `effects = "auto"` the least that the scene's symmetry allows.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub space: Option<SpaceChoice>,
     /// End of the run. Default: `3 (L + t) / v`, three times what the projectile's length L and the plate's thickness t
     /// (to the back of the last of several plates) take at the impact speed normal to the plate, and with one plate at most
     /// `8 (L + t) / c` with its longitudinal sound speed c.
@@ -80,15 +81,29 @@ pub struct Params {
     /// where they meet, and part only by spall and damage.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub friction: Option<f64>,
-    /// Coefficient of artificial heat conduction in shocks, 0 to 100; 0: none.
-    #[serde(default = "conduction")]
-    pub conduction: f64,
-    /// Johnson-Cook strength; without it matter is a fluid.
-    #[serde(default = "yes")]
-    pub strength: bool,
+    /// Coefficient of artificial heat conduction in shocks, 0 to 100; 0: none. Default: 80.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub conduction: Option<f64>,
+    /// Johnson-Cook strength; without it matter is a fluid. Default: on.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub strength: Option<bool>,
+    /// Whether strength depends on the rate of strain. Default: yes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rate: Option<bool>,
+    /// Whether heat softens below melting. Default: yes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub softening: Option<bool>,
     /// Johnson-Cook damage. Default: of the materials that have constants for it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub damage: Option<bool>,
+    /// `auto`: what the keys `space`, `strength`, `rate`, `softening`, `damage`, `spall`, `friction` and `conduction` leave open is
+    /// decided before the run by closed-form estimates, each decision with its number and threshold in the result. Default: what
+    /// is left open has the keys' own defaults.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub effects: Option<Choice>,
+    /// What a run does where an effect that `effects = "auto"` left off passes its threshold after all: begin again with it, or stop.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub guard: Option<Guard>,
     /// Tension cut-off with void opening. Default: of the materials that have a spall strength.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spall: Option<bool>,
@@ -102,12 +117,6 @@ fn particles() -> u32 {
 }
 fn cfl() -> f64 {
     0.5
-}
-fn conduction() -> f64 {
-    method::CONDUCTION
-}
-fn yes() -> bool {
-    true
 }
 
 /// Dimensions and symmetry of a run.
@@ -194,6 +203,21 @@ fn fits(count: f64) -> bool {
 }
 
 impl Params {
+    /// Dimensions and symmetry.
+    pub fn space(&self) -> SpaceChoice {
+        self.space.unwrap_or_default()
+    }
+
+    /// Whether matter has strength.
+    pub fn strength(&self) -> bool {
+        self.strength.unwrap_or(true)
+    }
+
+    /// Coefficient of heat conduction.
+    pub fn conduction(&self) -> f64 {
+        self.conduction.unwrap_or(method::CONDUCTION)
+    }
+
     /// Angle of the line of flight to the plate's normal [rad].
     pub fn tilt(&self) -> f64 {
         self.angle.map_or(0.0, Angle::si)
@@ -207,7 +231,7 @@ impl Params {
     pub fn check(&self) -> Result<(), Invalid> {
         self.check_shape()?;
         self.check_method()?;
-        self.probes.iter().try_for_each(|probes| probes.check(self.space))?;
+        self.probes.iter().try_for_each(|probes| probes.check(self.space()))?;
         if self.has_open_meshes() {
             return Ok(());
         }
@@ -291,7 +315,7 @@ impl Params {
         if self.plate.width.is_some() {
             positive("plate.width", self.plate.width)?;
         }
-        match (p.shape == Shape::Slab, self.space == SpaceChoice::Line) {
+        match (p.shape == Shape::Slab, self.space() == SpaceChoice::Line) {
             (true, false) => Err(Invalid::new("projectile.shape", "a slab needs space = \"line\"")),
             (false, true) => Err(Invalid::new("projectile.shape", "on a line the projectile must be a slab")),
             _ => Ok(()),
@@ -305,7 +329,7 @@ impl Params {
             transfer: self.transfer,
             scheme: self.scheme,
             friction: self.friction,
-            conduction: self.conduction,
+            conduction: self.conduction(),
         }
     }
 
@@ -313,8 +337,8 @@ impl Params {
         if let Some((key, why)) = self.method().fault() {
             return Err(Invalid::new(key, why));
         }
-        if !(0.0..=100.0).contains(&self.conduction) {
-            return Err(Invalid::new("conduction", format!("is {}, must lie between 0 and 100", self.conduction)));
+        if !(0.0..=100.0).contains(&self.conduction()) {
+            return Err(Invalid::new("conduction", format!("is {}, must lie between 0 and 100", self.conduction())));
         }
         if let Some(friction) = self.friction
             && !(0.0..=10.0).contains(&friction)

@@ -1,4 +1,5 @@
 //! What an impact run leaves: particles at the times asked for, the ledger, and how much melted.
+use crate::effects::Effect;
 use hvi_kit::Artifact;
 use hvi_kit::view::{Scalar, View};
 use serde::{Deserialize, Serialize};
@@ -202,6 +203,40 @@ pub struct Ledger {
     pub time_step: f64,
 }
 
+/// One decision of the plan made before the run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Decision {
+    /// The effect.
+    pub effect: String,
+    /// `on`, `off`, or what was chosen.
+    pub choice: String,
+    /// What the number is.
+    pub what: String,
+    /// The number that decided.
+    pub number: f64,
+    /// From where on the effect is on.
+    pub threshold: f64,
+    /// Unit of both.
+    pub unit: String,
+    /// Where the number comes from.
+    pub source: String,
+}
+
+/// An effect that was left off and passed its threshold in the run, which began again with it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Crossing {
+    /// The effect.
+    pub effect: Effect,
+    /// When [s].
+    pub time: f64,
+    /// What the number is.
+    pub what: String,
+    /// What it was.
+    pub number: f64,
+    /// What it may be.
+    pub threshold: f64,
+}
+
 /// What an impact run leaves.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Impact {
@@ -227,6 +262,10 @@ pub struct Impact {
     pub angle: f64,
     /// What was followed through the run.
     pub probes: Vec<Probe>,
+    /// What was decided before the run; empty where nothing was.
+    pub decisions: Vec<Decision>,
+    /// Effects left off that the run showed to be missing, in the order in which they were turned on.
+    pub crossings: Vec<Crossing>,
     /// Velocity along the impact of the leading .1, 1 and 5 % of the projectile's mass at the end [m/s].
     pub leading: [f64; 3],
     /// Decisions and warnings a reader of the result must know, one sentence each.

@@ -34,7 +34,7 @@ impl Layout {
         let diameter = params.projectile.diameter.map_or(f64::INFINITY, |d| d.si());
         let width =
             params.plate.width.map_or(1.5 * diameter / math::cos(params.tilt()) + 1.1 * sound * end, |w| w.si());
-        let multiple = match params.space {
+        let multiple = match params.space() {
             SpaceChoice::Line | SpaceChoice::Full => 1.0,
             SpaceChoice::Axisymmetric => 2.0 * PI,
             SpaceChoice::Quarter => 4.0,
@@ -77,7 +77,7 @@ pub fn round_mass(params: &Params, density: f64) -> Option<f64> {
     let radius = 0.5 * params.projectile.diameter?.si();
     match params.projectile.shape {
         Shape::Sphere => Some(density * 4.0 / 3.0 * PI * radius * radius * radius),
-        Shape::Cylinder if params.space != SpaceChoice::Axisymmetric => {
+        Shape::Cylinder if params.space() != SpaceChoice::Axisymmetric => {
             Some(density * PI * radius * radius * params.projectile.size())
         }
         _ => None,
@@ -89,8 +89,8 @@ pub fn count(params: &Params, layout: &Layout) -> f64 {
     let (size, thickness, radius) = (params.projectile.size(), params.plate.thickness.si(), 0.5 * layout.diameter);
     let h = layout.spacing;
     let sphere = params.projectile.shape == Shape::Sphere;
-    let more: f64 = bodies::pieces(params, layout)[2..].iter().map(|p| estimate(&p.solid, params.space, h)).sum();
-    more + match params.space {
+    let more: f64 = bodies::pieces(params, layout)[2..].iter().map(|p| estimate(&p.solid, params.space(), h)).sum();
+    more + match params.space() {
         SpaceChoice::Line => (size + thickness) / h,
         SpaceChoice::Axisymmetric => {
             let section = if sphere { 0.5 * PI * radius * radius } else { size * radius };
@@ -208,7 +208,7 @@ pub fn particles<const D: usize>(params: &Params, layout: &Layout, densities: &[
     let h = layout.spacing;
     let pieces = bodies::pieces(params, layout);
     let mut b = Builder {
-        choice: params.space,
+        choice: params.space(),
         voids: &params.voids,
         density: densities[0],
         velocity: pieces[0].velocity,

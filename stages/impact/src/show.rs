@@ -1,5 +1,5 @@
 //! What a person sees of an impact run: a row of numbers, the ledger, what melted, energy over time.
-use crate::result::{At, Impact, Ledger, PHASES, Passed, Probe, Track};
+use crate::result::{At, Decision, Impact, Ledger, PHASES, Passed, Probe, Track};
 use hvi_kit::view::{Axis, Cell, Figure, Scalar, Series, Style, Table, View};
 
 /// The run in one row.
@@ -37,8 +37,46 @@ pub fn views(impact: &Impact) -> Vec<View> {
         View::Table(ledger_table(impact)),
         View::Table(phase_table(impact)),
     ];
+    if !impact.decisions.is_empty() {
+        all.push(View::Table(effects_table(impact)));
+    }
     all.extend(impact.probes.iter().map(|probe| View::Table(probe_table(probe))));
     all
+}
+
+/// The decisions made before the run, and what the run had to say to them.
+pub fn effects_table(impact: &Impact) -> Table {
+    let mut rows: Vec<Vec<Cell>> = impact.decisions.iter().map(decision).collect();
+    rows.extend(impact.crossings.iter().map(|c| {
+        vec![
+            c.effect.name().into(),
+            "turned on".into(),
+            c.what.as_str().into(),
+            known(c.number),
+            c.threshold.into(),
+            "".into(),
+            format!("seen in the run at {:.4} us, which began again", c.time * 1e6).into(),
+        ]
+    }));
+    Table { title: "Effects".into(), columns: decision_columns(), rows, note: String::new() }
+}
+
+/// Columns of a table of decisions.
+pub fn decision_columns() -> Vec<(String, String)> {
+    ["effect", "choice", "what decided", "number", "threshold", "unit", "source"].map(|name| column(name, "")).to_vec()
+}
+
+/// A decision as a row.
+pub fn decision(d: &Decision) -> Vec<Cell> {
+    vec![
+        d.effect.as_str().into(),
+        d.choice.as_str().into(),
+        d.what.as_str().into(),
+        known(d.number),
+        known(d.threshold),
+        d.unit.as_str().into(),
+        d.source.as_str().into(),
+    ]
 }
 
 /// What a probe has shown.

@@ -1,10 +1,11 @@
 //! The stage `impact`.
 use crate::bodies::{Piece, pieces};
+use crate::effects::{self, Guard, Plan, Watch};
 use crate::fault;
-use crate::material::{Law, Switches};
+use crate::material::{Law, Material, Switches};
 use crate::params::{Params, SpaceChoice};
 use crate::probes::Following;
-use crate::result::{Body, Impact, Ledger, Snapshot};
+use crate::result::{Body, Crossing, Impact, Ledger, Snapshot};
 use crate::scene::{self, Layout};
 use crate::step::{Setting, State};
 use crate::{ledger, melt};
@@ -35,22 +36,23 @@ impl Stage for ImpactStage {
     type Output = Impact;
 
     fn check(params: &Params) -> Result<(), Invalid> {
-        params.check()
+        params.settled().check()
     }
 
     fn check_files(params: &Params, files: &BTreeMap<String, File>) -> Result<(), Invalid> {
         if params.meshes.is_empty() && files.is_empty() && !params.has_open_meshes() {
             return Ok(());
         }
-        params.with_meshes(files)?.check()
+        params.with_meshes(files)?.settled().check()
     }
 
     fn cost(params: &Params) -> f64 {
+        let params = &params.settled();
         let layout = Layout::of(params);
         let sound = params.plate.material.sound_speed(&params.plate.material.eos);
         let signal = sound + 0.5 * params.velocity.si();
         let steps = layout.end * signal / (params.cfl * layout.cell);
-        let per_step = match params.space {
+        let per_step = match params.space() {
             SpaceChoice::Line => 0.3e-6,
             SpaceChoice::Axisymmetric => 0.9e-6,
             _ => 2.0e-6,
@@ -59,10 +61,11 @@ impl Stage for ImpactStage {
     }
 
     fn needs(params: &Params) -> Needs {
+        let params = &params.settled();
         let layout = Layout::of(params);
         // The particles with their work space, the nodes around them (few share a block where debris is thin), and what is kept
         // of them at each output time, twice while it is encoded.
-        let (held, kept): (f64, f64) = match params.space {
+        let (held, kept): (f64, f64) = match params.space() {
             SpaceChoice::Line => (1200.0, 2.0 * KEPT),
             SpaceChoice::Axisymmetric => (1600.0, 2.0 * KEPT),
             _ => (2500.0, 2.0 * KEPT),
@@ -73,8 +76,9 @@ impl Stage for ImpactStage {
 
     fn run(params: &Params, inputs: ImpactInputs, ctx: &Ctx<'_>) -> Result<Impact, StageError> {
         let meshed = params.with_meshes(&inputs.file.0);
-        let params = &meshed.map_err(|e| StageError::physics(format_args!("{}: {}", e.key, e.why)))?;
-        match params.space {
+        let meshed = meshed.map_err(|e| StageError::physics(format_args!("{}: {}", e.key, e.why)))?;
+        let params = &meshed.settled();
+        match params.space() {
             SpaceChoice::Line => run::<1>(params, inputs, ctx),
             SpaceChoice::Axisymmetric => run::<2>(params, inputs, ctx),
             SpaceChoice::Quarter | SpaceChoice::Half | SpaceChoice::Full => run::<3>(params, inputs, ctx),
@@ -96,21 +100,64 @@ struct Progress<const D: usize> {
     snapshots: Vec<Snapshot>,
     next_entry: usize,
     following: Option<Following>,
+    watch: Watch,
+    crossings: Vec<Crossing>,
 }
 
+/// How an attempt ends.
+enum Ended {
+    Whole(Box<Impact>),
+    /// An effect that was left off is missing.
+    Crossed(Crossing),
+}
+
+/// Runs by plan, again with what the plan left off where the run shows it to be missing.
 fn run<const D: usize>(params: &Params, inputs: ImpactInputs, ctx: &Ctx<'_>) -> Result<Impact, StageError> {
+    let eos = equations_of_state(&pieces(params, &Layout::of(params)), inputs);
+    let mut plan = effects::plan(params, &eos);
+    let mut kept: Option<Progress<D>> = ctx.resume();
+    let mut crossings = kept.as_ref().map(|run| run.crossings.clone()).unwrap_or_default();
+    for crossing in &crossings {
+        plan = plan.after(crossing);
+    }
+    loop {
+        match attempt(&plan, &eos, kept.take(), &crossings, ctx)? {
+            Ended::Whole(impact) => return Ok(*impact),
+            Ended::Crossed(crossing) if params.guard == Some(Guard::Error) => return Err(fault::crossed(&crossing)),
+            Ended::Crossed(crossing) => {
+                plan = plan.after(&crossing);
+                crossings.push(crossing);
+            }
+        }
+    }
+}
+
+fn attempt<const D: usize>(
+    plan: &Plan,
+    eos: &[Eos],
+    kept: Option<Progress<D>>,
+    crossings: &[Crossing],
+    ctx: &Ctx<'_>,
+) -> Result<Ended, StageError> {
+    let params = &plan.params;
     let layout = Layout::of(params);
     let pieces = pieces(params, &layout);
-    let eos = equations_of_state(&pieces, inputs);
     let densities: Vec<f64> = eos.iter().map(|eos| 1.0 / eos.reference_volume()).collect();
-    let setting = setting::<D>(params, &layout, &pieces, eos);
+    let setting = setting::<D>(params, &layout, &pieces, eos.to_vec());
+    let materials: Vec<&Material> = pieces.iter().map(|piece| piece.material).collect();
     let entry = |state: &State<D>, start: Option<&Ledger>| ledger::entry(state, &setting, layout.multiple, start);
-    let mut run: Progress<D> = ctx.resume().unwrap_or_else(|| {
+    let mut run: Progress<D> = kept.unwrap_or_else(|| {
         let state = State::new(scene::particles::<D>(params, &layout, &densities), &setting);
-        let bodies = bodies(&pieces, &state, layout.multiple, &densities);
-        let following = params.probes.as_ref().map(|probes| Following::new(probes, &state, &setting, &layout));
-        let entries = vec![entry(&state, None)];
-        Progress { entries, bodies, state, snapshots: Vec::new(), next_entry: 1, following }
+        Progress {
+            entries: vec![entry(&state, None)],
+            bodies: bodies(&pieces, &state, layout.multiple, &densities),
+            snapshots: Vec::new(),
+            next_entry: 1,
+            following: params.probes.as_ref().map(|probes| Following::new(probes, &state, &setting, &layout)),
+            watch: Watch::new(plan, &state, &setting, &layout),
+            crossings: crossings.to_vec(),
+            state,
+        }
     });
     for until in output_times(params, layout.end).split_off(run.snapshots.len()) {
         while run.state.time < until {
@@ -122,31 +169,41 @@ fn run<const D: usize>(params: &Params, inputs: ImpactInputs, ctx: &Ctx<'_>) -> 
                 run.next_entry = 1 + (ENTRIES as f64 * run.state.time / layout.end) as usize;
                 run.entries.push(entry(&run.state, Some(&run.entries[0])));
                 fault::check_drift(&run.entries, &run.state, &setting, &run.bodies)?;
+                if let Some(crossing) = run.watch.look(plan, &run.state, &setting, &materials) {
+                    return Ok(Ended::Crossed(crossing));
+                }
             }
             ctx.save(|| &run);
             ctx.tick(run.state.time, layout.end, "stepping")?;
         }
-        let space = scene::space(params.space);
+        let space = scene::space(params.space());
         run.snapshots.push(melt::snapshot(&run.state, &setting, space, layout.multiple, run.bodies[0].mass));
     }
-    let Progress { state, bodies, entries, snapshots, following, .. } = run;
-    let leading = [0.001, 0.01, 0.05].map(|share| ledger::leading(&state.particles, 0, share));
+    Ok(Ended::Whole(Box::new(whole(plan, &layout, run))))
+}
+
+/// The result of a run that has come to its end.
+fn whole<const D: usize>(plan: &Plan, layout: &Layout, run: Progress<D>) -> Impact {
+    let params = &plan.params;
+    let leading = [0.001, 0.01, 0.05].map(|share| ledger::leading(&run.state.particles, 0, share));
     let size = params.projectile.size().min(params.plate.thickness.si());
-    Ok(Impact {
-        space: scene::space(params.space),
+    Impact {
+        space: scene::space(params.space()),
         cell: layout.cell,
         cells_through: size / layout.cell,
         velocity: params.velocity.si(),
         diameter: layout.diameter,
         thickness: params.plate.thickness.si(),
         angle: params.tilt(),
-        probes: following.map(Following::done).unwrap_or_default(),
-        notes: notes(params, &layout, &state, &bodies, &entries),
-        bodies,
-        snapshots,
-        ledger: entries,
+        probes: run.following.map(Following::done).unwrap_or_default(),
+        decisions: plan.decisions.clone(),
+        crossings: run.crossings,
+        notes: notes(params, layout, &run.state, &run.bodies, &run.entries),
+        bodies: run.bodies,
+        snapshots: run.snapshots,
+        ledger: run.entries,
         leading,
-    })
+    }
 }
 
 /// The fitted equation of state of each body, or its material's own.
@@ -158,18 +215,32 @@ fn equations_of_state(pieces: &[Piece<'_>], inputs: ImpactInputs) -> Vec<Eos> {
 
 fn setting<const D: usize>(params: &Params, layout: &Layout, pieces: &[Piece<'_>], eos: Vec<Eos>) -> Setting<D> {
     let switches = Switches {
-        strength: params.strength,
+        strength: params.strength(),
         damage: params.damage.unwrap_or(true),
         spall: params.spall.unwrap_or(true),
     };
-    let all = scene::mirrors(params.space);
-    let laws = eos.into_iter().zip(pieces).map(|(eos, piece)| Law::new(piece.material, eos, switches)).collect();
+    let all = scene::mirrors(params.space());
+    let law = |(eos, piece): (Eos, &Piece<'_>)| Law::new(&acting(params, piece.material), eos, switches);
+    let laws = eos.into_iter().zip(pieces).map(law).collect();
     let mut setting = Setting::new(layout.cell, laws);
-    setting.axisymmetric = params.space == SpaceChoice::Axisymmetric;
+    setting.axisymmetric = params.space() == SpaceChoice::Axisymmetric;
     setting.mirrors = std::array::from_fn(|d| all[d]);
     setting.has_gaps = pieces.len() > 2;
     (setting.cfl, setting.method) = (params.cfl, params.method());
     setting
+}
+
+/// A material without what its strength does not depend on.
+fn acting(params: &Params, material: &Material) -> Material {
+    let mut material = material.clone();
+    if params.rate == Some(false) {
+        material.strength.c = 0.0;
+    }
+    if params.softening == Some(false) {
+        // 1 - T*^m is 1 up to melting.
+        material.strength.m = f64::INFINITY;
+    }
+    material
 }
 
 fn bodies<const D: usize>(pieces: &[Piece<'_>], state: &State<D>, multiple: f64, densities: &[f64]) -> Vec<Body> {
@@ -222,7 +293,7 @@ fn notes<const D: usize>(
     if params.end.is_none() {
         notes.push(format!("Ended by rule at {:.3} us.", layout.end * 1e6));
     }
-    if params.space != SpaceChoice::Line && params.plate.width.is_none() {
+    if params.space() != SpaceChoice::Line && params.plate.width.is_none() {
         notes.push(format!("Plate {:.2} mm wide, by rule: no wave is back from its rim.", layout.width * 1e3));
     }
     if state.totals.limited > 0 {

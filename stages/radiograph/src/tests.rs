@@ -22,6 +22,8 @@ fn impact(space: Space, cell: f64, snapshots: Vec<(f64, Particles)>) -> Impact {
         ledger: vec![],
         angle: 0.0,
         probes: vec![],
+        decisions: vec![],
+        crossings: vec![],
         leading: [0.0; 3],
         notes: vec![],
     }

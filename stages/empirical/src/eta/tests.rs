@@ -23,6 +23,8 @@ fn impact(v: f64, diameter: f64, thickness: f64, eta: f64) -> Impact {
         ledger: vec![],
         angle: 0.0,
         probes: vec![],
+        decisions: vec![],
+        crossings: vec![],
         leading: [0.0; 3],
         notes: vec![],
     }
