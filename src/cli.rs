@@ -1,6 +1,6 @@
 //! The command line: which commands there are, and their exit codes.
 use crate::commands::{
-    Stop, cache, cancel, compare, diff, eos, exec, explain, export, graph, init, plan, run, schema, shell, stages,
+    Stop, cache, cancel, compare, diff, effects, eos, exec, explain, export, graph, init, plan, run, schema, shell, stages,
     status,
 };
 use crate::console::warn;
@@ -44,6 +44,8 @@ enum Command {
     Exec(exec::Args),
     /// Write a small commented pipeline to begin with
     Init(init::Args),
+    /// Show which effects each impact's scene calls for, and the numbers that decide
+    Effects(effects::Args),
     /// Ask an equation of state for states and curves
     Eos(eos::Args),
     /// List the stages a step can use, or all their keys
@@ -71,6 +73,7 @@ pub fn main() -> ExitCode {
         Command::Cancel(args) => cancel::run(&args),
         Command::Exec(args) => exec::run(&args),
         Command::Init(args) => init::run(&args),
+        Command::Effects(args) => effects::run(&args),
         Command::Eos(args) => eos::run(&args),
         Command::Stages(args) => stages::run(&args),
         Command::Schema(args) => schema::run(&args),

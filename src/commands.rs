@@ -3,6 +3,7 @@ pub mod cache;
 pub mod cancel;
 pub mod compare;
 pub mod diff;
+pub mod effects;
 pub mod eos;
 pub mod exec;
 pub mod explain;

@@ -1,4 +1,4 @@
-//! A small HDF5 file: columns of numbers and words in the root group, with text attributes.
+//! A small HDF5 file: columns of numbers and words, with text attributes, in groups.
 //!
 //! Written by hand, so that the program needs no libhdf5, whose libraries (36 of them on Debian) would be loaded at every
 //! start; the tests read the files back with it. Layout after the HDF Group's "HDF5 File Format Specification Version 3.0":
@@ -19,38 +19,123 @@ pub struct Column {
 pub enum Values {
     /// IEEE 754, 8 bytes.
     Numbers(Vec<f64>),
+    /// IEEE 754, 4 bytes: rows of so many, or single ones where it is 1.
+    Singles(Vec<f32>, usize),
+    /// Signed, 8 bytes: rows of so many, or single ones where it is 1.
+    Integers(Vec<i64>, usize),
     /// UTF-8 of any length.
     Words(Vec<String>),
+}
+
+impl Values {
+    /// Numbers along each axis.
+    fn shape(&self) -> Vec<u64> {
+        let rows = |length: usize, width: usize| match width {
+            1 => vec![length as u64],
+            _ => vec![(length / width) as u64, width as u64],
+        };
+        match self {
+            Values::Numbers(x) => rows(x.len(), 1),
+            Values::Singles(x, width) => rows(x.len(), *width),
+            Values::Integers(x, width) => rows(x.len(), *width),
+            Values::Words(x) => rows(x.len(), 1),
+        }
+    }
+
+    fn kind(&self) -> Vec<u8> {
+        match self {
+            Values::Numbers(_) => float(8),
+            Values::Singles(..) => float(4),
+            Values::Integers(..) => integer(),
+            Values::Words(_) => text(),
+        }
+    }
+}
+
+/// A group: datasets, groups in it, and attributes of its own.
+pub struct Group {
+    /// Its name; the root's is not used.
+    pub name: &'static str,
+    /// Its attributes.
+    pub marks: Vec<(&'static str, Mark)>,
+    /// Its datasets.
+    pub columns: Vec<Column>,
+    /// Its groups.
+    pub groups: Vec<Group>,
+}
+
+/// An attribute of a group.
+pub enum Mark {
+    /// ASCII of fixed length.
+    Word(&'static str),
+    /// One number.
+    Integer(i64),
+    /// Some numbers.
+    Integers(Vec<i64>),
 }
 
 /// "No address."
 const NOWHERE: u64 = u64::MAX;
 const SUPERBLOCK: usize = 48;
 
-/// The bytes of a file with these columns.
-pub fn encode(columns: &[Column]) -> Vec<u8> {
+/// The bytes of a file with these columns in its root group.
+pub fn encode(columns: Vec<Column>) -> Vec<u8> {
+    encode_tree(&Group { name: "", marks: Vec::new(), columns, groups: Vec::new() })
+}
+
+/// The bytes of a file whose root group is `root`.
+pub fn encode_tree(root: &Group) -> Vec<u8> {
     let mut file = vec![0; SUPERBLOCK];
-    let mut words = Heaps::write(&mut file, columns).into_iter();
-    let mut links = Vec::new();
-    for column in columns {
+    let mut columns = Vec::new();
+    root.collect(&mut columns);
+    let mut words = Heaps::write(&mut file, &columns).into_iter();
+    let address = root.write(&mut file, &mut words);
+    superblock(&mut file, address);
+    file
+}
+
+impl Group {
+    /// Its columns and those of its groups, in the order in which they are written.
+    fn collect<'a>(&'a self, all: &mut Vec<&'a Column>) {
+        all.extend(&self.columns);
+        self.groups.iter().for_each(|group| group.collect(all));
+    }
+
+    /// Writes all that is in it, then itself; returns where it is.
+    fn write(&self, file: &mut Vec<u8>, words: &mut std::vec::IntoIter<Word>) -> u64 {
+        let mut links = Vec::new();
+        for column in &self.columns {
+            links.push((column.name.as_str(), column.write(file, words)));
+        }
+        for group in &self.groups {
+            links.push((group.name, group.write(file, words)));
+        }
+        let address = file.len() as u64;
+        file.extend(group(&links, &self.marks));
+        align(file);
+        address
+    }
+}
+
+impl Column {
+    /// Writes its data and its header; returns where the header is.
+    fn write(&self, file: &mut Vec<u8>, words: &mut std::vec::IntoIter<Word>) -> u64 {
         let data = file.len() as u64;
-        match &column.values {
-            Values::Numbers(numbers) => numbers.iter().for_each(|x| file.extend(x.to_le_bytes())),
+        match &self.values {
+            Values::Numbers(x) => x.iter().for_each(|x| file.extend(x.to_le_bytes())),
+            Values::Singles(x, _) => x.iter().for_each(|x| file.extend(x.to_le_bytes())),
+            Values::Integers(x, _) => x.iter().for_each(|x| file.extend(x.to_le_bytes())),
             Values::Words(texts) => words.by_ref().take(texts.len()).for_each(|word| file.extend(word)),
         }
         let bytes = file.len() as u64 - data;
-        align(&mut file);
-        links.push((column.name.as_str(), file.len() as u64));
-        let attributes =
-            column.attributes.iter().map(|(name, _)| (*name, words.next().expect("one word an attribute")));
-        let header = dataset(column, if bytes == 0 { NOWHERE } else { data }, bytes, attributes);
+        align(file);
+        let address = file.len() as u64;
+        let attributes = self.attributes.iter().map(|(name, _)| (*name, words.next().expect("one word an attribute")));
+        let header = dataset(&self.values, if bytes == 0 { NOWHERE } else { data }, bytes, attributes);
         file.extend(header);
-        align(&mut file);
+        align(file);
+        address
     }
-    let root = file.len() as u64;
-    file.extend(group(&links));
-    superblock(&mut file, root);
-    file
 }
 
 fn align(file: &mut Vec<u8>) {
@@ -83,8 +168,8 @@ fn header(messages: &[(u8, Vec<u8>)]) -> Vec<u8> {
     out
 }
 
-/// A group of hard links: link info (2), group info (10) and a link message (6) each.
-fn group(links: &[(&str, u64)]) -> Vec<u8> {
+/// A group of hard links: link info (2), group info (10) and a link message (6) each, then attributes (12).
+fn group(links: &[(&str, u64)], marks: &[(&str, Mark)]) -> Vec<u8> {
     let info = [&[0, 0][..], &NOWHERE.to_le_bytes(), &NOWHERE.to_le_bytes()].concat();
     let mut messages = vec![(2, info), (10, vec![0, 0])];
     for (name, address) in links {
@@ -95,26 +180,39 @@ fn group(links: &[(&str, u64)]) -> Vec<u8> {
         link.extend(address.to_le_bytes());
         messages.push((6, link));
     }
+    messages.extend(marks.iter().map(|(name, mark)| {
+        let numbers = |x: &[i64]| x.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>();
+        let bytes = match mark {
+            Mark::Word(word) => attribute(name, &ascii(word.len()), &SCALAR, word.as_bytes()),
+            Mark::Integer(x) => attribute(name, &integer(), &SCALAR, &numbers(&[*x])),
+            Mark::Integers(x) => attribute(name, &integer(), &space(&[x.len() as u64]), &numbers(x)),
+        };
+        (12, bytes)
+    }));
     header(&messages)
 }
 
 /// A dataset: dataspace (1), datatype (3), fill value (5), layout (8), attributes (12).
-fn dataset<'a>(column: &Column, data: u64, bytes: u64, attributes: impl Iterator<Item = (&'a str, Word)>) -> Vec<u8> {
-    let (length, kind) = match &column.values {
-        Values::Numbers(numbers) => (numbers.len(), float()),
-        Values::Words(texts) => (texts.len(), text()),
-    };
-    let space = [&[2, 1, 0, 1][..], &(length as u64).to_le_bytes()].concat();
+fn dataset<'a>(values: &Values, data: u64, bytes: u64, attributes: impl Iterator<Item = (&'a str, Word)>) -> Vec<u8> {
     // Contiguous, version 3.
     let layout = [&[3, 1][..], &data.to_le_bytes(), &bytes.to_le_bytes()].concat();
-    let mut messages = vec![(1, space), (3, kind), (5, vec![3, 0x0a]), (8, layout)];
-    messages.extend(attributes.map(|(name, word)| (12, attribute(name, word))));
+    let mut messages = vec![(1, space(&values.shape())), (3, values.kind()), (5, vec![3, 0x0a]), (8, layout)];
+    messages.extend(attributes.map(|(name, word)| (12, attribute(name, &text(), &SCALAR, &word))));
     header(&messages)
 }
 
-/// A text attribute, version 3, on a scalar dataspace.
-fn attribute(name: &str, word: Word) -> Vec<u8> {
-    let (kind, space) = (text(), [2, 0, 0, 0]);
+/// A simple dataspace, version 2.
+fn space(shape: &[u64]) -> Vec<u8> {
+    let mut out = vec![2, shape.len() as u8, 0, 1];
+    shape.iter().for_each(|n| out.extend(n.to_le_bytes()));
+    out
+}
+
+/// The dataspace of one value.
+const SCALAR: [u8; 4] = [2, 0, 0, 0];
+
+/// An attribute, version 3.
+fn attribute(name: &str, kind: &[u8], space: &[u8], value: &[u8]) -> Vec<u8> {
     let mut out = vec![3, 0];
     for size in [name.len() + 1, kind.len(), space.len()] {
         out.extend((size as u16).to_le_bytes());
@@ -124,19 +222,36 @@ fn attribute(name: &str, word: Word) -> Vec<u8> {
     out.push(0);
     out.extend(kind);
     out.extend(space);
-    out.extend(word);
+    out.extend(value);
     out
 }
 
-/// Datatype of class 1, version 1: f64, little-endian.
-fn float() -> Vec<u8> {
-    let (sign, precision, exponent, mantissa, bias) = (63, 64_u16, (52, 11), (0, 52), 1023_u32);
-    let mut out = vec![0x11, 0x20, sign, 0];
-    out.extend(8_u32.to_le_bytes());
+/// Datatype of class 1, version 1: f64 or f32 by its size, little-endian.
+fn float(size: u32) -> Vec<u8> {
+    let (exponent, mantissa, bias) = if size == 8 { ((52, 11), (0, 52), 1023_u32) } else { ((23, 8), (0, 23), 127) };
+    let precision = 8 * size as u16;
+    let mut out = vec![0x11, 0x20, precision as u8 - 1, 0];
+    out.extend(size.to_le_bytes());
     out.extend(0_u16.to_le_bytes());
     out.extend(precision.to_le_bytes());
     out.extend([exponent.0, exponent.1, mantissa.0, mantissa.1]);
     out.extend(bias.to_le_bytes());
+    out
+}
+
+/// Datatype of class 0, version 1: i64, little-endian.
+fn integer() -> Vec<u8> {
+    let mut out = vec![0x10, 0x08, 0, 0];
+    out.extend(8_u32.to_le_bytes());
+    out.extend(0_u16.to_le_bytes());
+    out.extend(64_u16.to_le_bytes());
+    out
+}
+
+/// Datatype of class 3, version 1: ASCII of `length`, filled up with zeros.
+fn ascii(length: usize) -> Vec<u8> {
+    let mut out = vec![0x13, 1, 0, 0];
+    out.extend((length as u32).to_le_bytes());
     out
 }
 
@@ -163,7 +278,7 @@ impl Heaps {
     const LEAST: usize = 4096;
 
     /// Writes the texts of all columns, values before attributes; returns what stands for each.
-    fn write(file: &mut Vec<u8>, columns: &[Column]) -> Vec<Word> {
+    fn write(file: &mut Vec<u8>, columns: &[&Column]) -> Vec<Word> {
         let mut texts: Vec<&str> = Vec::new();
         for column in columns {
             if let Values::Words(values) = &column.values {

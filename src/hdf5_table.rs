@@ -26,7 +26,7 @@ pub fn encode(table: &Table) -> Vec<u8> {
             columns.push(column(error_key, &format!("standard error of {name}"), unit, Values::Numbers(errors)));
         }
     }
-    hdf5_file::encode(&columns)
+    hdf5_file::encode(columns)
 }
 
 fn column(key: String, name: &str, unit: &str, values: Values) -> Column {

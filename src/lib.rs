@@ -22,7 +22,7 @@
 //! | `execute.rs`, `execute/` | lookup, packing into cores and memory, workers, failures, cancel |
 //! | `forecast.rs`, `history.rs` | what a run would do and why; what earlier runs did |
 //! | `events.rs`, `console.rs` | what happens, and how it is shown |
-//! | `outputs.rs`, `report.rs`, `report.html`, `figure.rs`, `hdf5_table.rs`, `hdf5_file.rs`, `extended_xyz.rs` | what people get: page, CSV, SVG, PNG, HDF5, XYZ |
+//! | `outputs.rs`, `report.rs`, `report.html`, `figure.rs`, `hdf5_table.rs`, `hdf5_file.rs`, `extended_xyz.rs`, `vtkhdf.rs` | what people get: page, CSV, SVG, PNG, HDF5, XYZ, VTKHDF |
 //! | `amount.rs` | times and sizes as people write them |
 //! | `ro_crate.rs` | where exported results come from, for other programs |
 //! | `mistake.rs` | wrong input, shown with line and mark |
@@ -57,3 +57,4 @@ pub mod ro_crate;
 pub mod schema;
 pub mod sweep;
 pub mod value;
+pub mod vtkhdf;

@@ -9,7 +9,7 @@ use crate::pipeline::Pipeline;
 use crate::plan::Plan;
 use crate::registry::PROGRAM;
 use crate::report::{self, Point, Step, Study};
-use crate::{extended_xyz, figure, hdf5_table};
+use crate::{extended_xyz, figure, hdf5_table, vtkhdf};
 use hvi_kit::view::{Cell, Scalar, Table, View};
 use hvi_kit::{Digest, Store, units};
 use serde::{Deserialize, Serialize};
@@ -299,6 +299,7 @@ impl Writer<'_> {
                     View::Figure(f) => (&f.title, "svg", figure::svg(f).into_bytes()),
                     View::Picture(p) => (&p.title, "png", figure::png(p)),
                     View::Trajectory(t) => (&t.title, "xyz", extended_xyz::encode(t).into_bytes()),
+                    View::Cloud(c) => (&c.title, "vtkhdf", vtkhdf::encode(c)),
                     View::Text(t) => (&t.title, t.extension.as_str(), t.text.clone().into_bytes()),
                 };
                 let mut name = format!("{place}/{}.{extension}", slug(title));

@@ -17,4 +17,5 @@ mod suite {
     pub mod slurm;
     pub mod stops;
     pub mod tidy;
+    pub mod vtkhdf;
 }

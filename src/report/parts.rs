@@ -279,7 +279,7 @@ pub fn blocks(views: &[View], budget: &mut Budget) -> Vec<Block> {
                 }
             }
             // Files for other programs.
-            View::Trajectory(_) | View::Text(_) => {}
+            View::Trajectory(_) | View::Cloud(_) | View::Text(_) => {}
         }
     }
     blocks

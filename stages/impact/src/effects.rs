@@ -105,6 +105,24 @@ impl Params {
         self.effects == Some(Choice::Auto)
     }
 
+    /// The same scene with every effect on, in a quarter of three dimensions, or all that its symmetry asks for: on the same cells
+    /// and plate, to the same end. What `effects = "auto"` is measured by.
+    pub fn everything_on(&self) -> Params {
+        let layout = Layout::of(&self.settled());
+        let mut params = self.clone();
+        let space = symmetry::of(self).0;
+        params.space = Some(if space == SpaceChoice::Axisymmetric { SpaceChoice::Quarter } else { space });
+        if space != SpaceChoice::Line {
+            params.plate.width = Some(hvi_kit::units::Length::new(layout.width));
+        }
+        params.end = Some(hvi_kit::units::Time::new(layout.end));
+        (params.strength, params.rate, params.softening) = (Some(true), Some(true), Some(true));
+        (params.damage, params.spall, params.conduction) = (None, None, None);
+        params.friction = self.friction.or(Some(FRICTION));
+        params.effects = None;
+        params
+    }
+
     /// The parameters with the dimension decided: it follows from the scene's symmetry alone.
     pub fn settled(&self) -> Params {
         let mut params = self.clone();

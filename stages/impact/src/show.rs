@@ -1,6 +1,6 @@
 //! What a person sees of an impact run: a row of numbers, the ledger, what melted, energy over time.
-use crate::result::{At, Decision, Impact, Ledger, PHASES, Passed, Probe, Track};
-use hvi_kit::view::{Axis, Cell, Figure, Scalar, Series, Style, Table, View};
+use crate::result::{At, Decision, Impact, Ledger, PHASES, Passed, Probe, Snapshot, Track};
+use hvi_kit::view::{Axis, Cell, Cloud, Field, Figure, Moment, Scalar, Series, Style, Table, View};
 
 /// The run in one row.
 pub fn scalars(impact: &Impact) -> Vec<Scalar> {
@@ -40,8 +40,37 @@ pub fn views(impact: &Impact) -> Vec<View> {
     if !impact.decisions.is_empty() {
         all.push(View::Table(effects_table(impact)));
     }
+    all.push(View::Cloud(cloud(impact)));
     all.extend(impact.probes.iter().map(|probe| View::Table(probe_table(probe))));
     all
+}
+
+/// The particles of all snapshots in SI units, mirror images not included; in (r, z) y is the radius.
+fn cloud(impact: &Impact) -> Cloud {
+    let moment = |snapshot: &Snapshot| {
+        let p = &snapshot.particles;
+        let n = p.mass.len();
+        let scalar = |name: &str, values: Vec<f32>| Field { name: name.into(), width: 1, values };
+        let bytes = |x: &[u8]| x.iter().map(|&b| f32::from(b)).collect();
+        let velocity = (0..n).flat_map(|i| (0..3).map(move |d| p.velocity[d][i])).collect();
+        Moment {
+            time: snapshot.time,
+            points: (0..n).map(|i| std::array::from_fn(|d| p.position[d][i])).collect(),
+            fields: vec![
+                Field { name: "velocity".into(), width: 3, values: velocity },
+                scalar("mass", p.mass.clone()),
+                scalar("density", p.density.clone()),
+                scalar("pressure", p.pressure.clone()),
+                scalar("temperature", p.temperature.clone()),
+                scalar("energy", p.energy.clone()),
+                scalar("liquid", p.liquid.clone()),
+                scalar("phase", bytes(&p.phase)),
+                scalar("body", bytes(&p.body)),
+                scalar("failed", bytes(&p.failed)),
+            ],
+        }
+    };
+    Cloud { title: "Particles".into(), moments: impact.snapshots.iter().map(moment).collect() }
 }
 
 /// The decisions made before the run, and what the run had to say to them.

@@ -172,6 +172,37 @@ pub struct Trajectory {
     pub frames: Vec<Frame>,
 }
 
+/// One value at each point of a cloud, or a vector.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Field {
+    /// Its name; no `/`.
+    pub name: String,
+    /// Numbers a point: 1, or 3 of a vector.
+    pub width: usize,
+    /// `[points][width]`.
+    pub values: Vec<f32>,
+}
+
+/// A cloud at one moment.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Moment {
+    /// Time [s].
+    pub time: f64,
+    /// `[points][3]` [m].
+    pub points: Vec<[f32; 3]>,
+    /// The same ones at each moment.
+    pub fields: Vec<Field>,
+}
+
+/// Points with values, as they move.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Cloud {
+    /// Heading; also the name of its VTKHDF file.
+    pub title: String,
+    /// In order of time.
+    pub moments: Vec<Moment>,
+}
+
 /// A text to take along: a result as a file that a program reads.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Text {
@@ -191,5 +222,6 @@ pub enum View {
     Figure(Figure),
     Picture(Picture),
     Trajectory(Trajectory),
+    Cloud(Cloud),
     Text(Text),
 }
