@@ -14,6 +14,7 @@ const SUBJECTS: &[fn() -> Vec<Row>] = &[
     || shock::with_gray(200),
     shock::reference,
     wall::rows,
+    wall::unseen_rows,
     wall::melt_rows,
     || gas::noh_rows(200, 24),
     gas::sod_rows,

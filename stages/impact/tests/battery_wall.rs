@@ -12,3 +12,8 @@ fn the_contact_stays_cool() {
 fn release_melts_what_the_isentrope_melts() {
     check(&wall::melt_rows());
 }
+
+#[test]
+fn unseen_contacts() {
+    check(&wall::unseen_rows());
+}

@@ -58,6 +58,41 @@ pub fn rows() -> Vec<Row> {
     rows
 }
 
+/// Excess of the three cells at the contact over the bulk's residual energy, as a share of that, without and with the heat
+/// conduction, on impacts whose profiles its coefficient was not chosen by; and how far the bulk is off the isentrope's end.
+pub fn unseen_rows() -> Vec<Row> {
+    let case = "wall heating at the contact";
+    let aluminium = super::shock::gray("aluminium");
+    let eos: Eos = serde_json::from_value(aluminium["eos"].clone()).expect("an equation of state");
+    let (copper, copper_eos) = copper();
+    let scenes = [
+        ("Al-Al", &aluminium, &eos, 4500.0, 100),
+        ("Al-Al", &aluminium, &eos, 7500.0, 100),
+        ("Cu-Cu", &copper, &copper_eos, 7000.0, 100),
+        ("Cu-Cu", &copper, &copper_eos, 5000.0, 150),
+    ];
+    let mut rows = Vec::new();
+    for (metals, material, eos, v, cells) in scenes {
+        let shock = eos.hugoniot_at_velocity(0.5 * v).expect("in range");
+        let known = eos.release(&shock).expect("a metal").energy;
+        let [without, with] = [0.0, hvi_impact::method::CONDUCTION].map(|conduction| {
+            let mut params = planar(material.clone(), material.clone(), v, cells, &[], 30e-3 / shock.shock_velocity);
+            (params["spall"], params["conduction"]) = (json!(true), json!(conduction));
+            let impact = run(params);
+            let p = &impact.snapshots[0].particles;
+            let energy = bulk(p, |i| p.energy[i] as f64);
+            let first = p.mass.len() / 2;
+            let excess: f64 = (first..first + 6).map(|i| 0.5 * (p.energy[i] as f64 - energy)).sum();
+            (excess / energy, energy / known - 1.0)
+        });
+        let what = |x: &str| format!("GRAY {metals} {v} m/s, {cells} cells, not used for the choice: {x}");
+        rows.push(Row::reported(case, what("excess of three cells over the bulk, no conduction"), without.0, ""));
+        rows.push(Row::reported(case, what("the same with it"), with.0, ""));
+        rows.push(Row::reported(case, what("residual energy of the bulk, off the isentrope's"), 100.0 * with.1, "%"));
+    }
+    rows
+}
+
 /// The liquid share after release is the isentrope's; below the threshold of release melting nothing melts, above it all does.
 pub fn melt_rows() -> Vec<Row> {
     let case = "temperature, release";

@@ -88,8 +88,8 @@ pub fn drift(impact: &Impact) -> f64 {
     impact.ledger.iter().map(|l| l.drift.abs()).fold(0.0, f64::max)
 }
 
-/// A valid scene at the least resolution: sizes, shapes, shipped materials (GRAY), 10 m/s to 30 km/s, effects on and off. Steps
-/// `seed` on.
+/// A valid scene at the least resolution: sizes, shapes, shipped materials (GRAY), 10 m/s to 30 km/s, effects on, off or decided by
+/// estimates, one in eight oblique by up to 75 deg in half of three dimensions, one in five with friction. Steps `seed` on.
 pub fn random_scene(seed: &mut u64) -> Value {
     let mut uniform = |from: f64, to: f64| {
         *seed ^= *seed << 13;
@@ -112,6 +112,19 @@ pub fn random_scene(seed: &mut u64) -> Value {
     });
     if shape == "cylinder" {
         params["projectile"]["length"] = json!(format!("{:?} mm", diameter * uniform(0.3, 3.0)));
+    }
+    if uniform(0.0, 1.0) < 0.125 {
+        (params["space"], params["angle"]) = (json!("half"), json!(format!("{:?} deg", uniform(0.0, 75.0))));
+    }
+    if uniform(0.0, 1.0) < 0.2 {
+        params["friction"] = json!(uniform(0.0, 1.0));
+    }
+    if uniform(0.0, 1.0) < 0.2 {
+        params["effects"] = json!("auto");
+        params
+            .as_object_mut()
+            .expect("a table")
+            .retain(|key, _| !["strength", "damage", "spall"].contains(&key.as_str()));
     }
     params
 }
