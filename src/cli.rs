@@ -1,7 +1,7 @@
 //! The command line: which commands there are, and their exit codes.
 use crate::commands::{
-    Stop, cache, cancel, compare, diff, effects, eos, exec, explain, export, graph, init, plan, run, schema, shell, stages,
-    status,
+    Stop, cache, cancel, compare, diff, effects, eos, exec, explain, export, graph, init, plan, run, schema, shell,
+    stages, status,
 };
 use crate::console::warn;
 use clap::{CommandFactory, Parser, Subcommand};
