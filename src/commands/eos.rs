@@ -3,7 +3,7 @@ use super::{Done, Stop};
 use crate::console::say;
 use crate::mistake::{At, Mistake, Source};
 use hvi_eos::curve::CurveError;
-use hvi_eos::curves::{densest, text};
+use hvi_eos::curves::{densest, densest_adiabat, text};
 use hvi_eos::definition::Definition;
 use hvi_eos::handbook::Set;
 use hvi_eos::model::sesame;
@@ -135,14 +135,20 @@ fn curve(eos: &Eos, kind: &Kind) -> Result<Vec<hvi_eos::curves::trace::Sample>, 
         Kind::Hugoniot(up_to) => eos.hugoniot_curve(up_to.si()?).map_err(none)?,
         Kind::Isotherm { temperature, up_to } => {
             let t = above_zero("--temperature", temperature, Dimension::Temperature)?;
-            eos.isotherm_curve(t, v0, densest(eos, t, up_to.si()?))
+            eos.isotherm_curve(t, v0, densest(eos, t, up_to.si()?).map_err(none)?)
         }
         Kind::Isobar { pressure } => {
-            eos.isobar_curve(quantity("--pressure", pressure, Dimension::Pressure)?, 100.0, 6000.0)
+            let samples = eos.isobar_curve(quantity("--pressure", pressure, Dimension::Pressure)?, 100.0, 6000.0);
+            if samples.is_empty() {
+                let none =
+                    format!("the {} equation of state has no {pressure} at 100 K, from 0.3 to 1.45 V0", eos.name());
+                return Err(Mistake::new(none).into());
+            }
+            samples
         }
         Kind::Isentrope { temperature, up_to } => {
             let t = above_zero("--temperature", temperature, Dimension::Temperature)?;
-            eos.isentrope_curve(v0, t, densest(eos, eos.reference_temperature(), up_to.si()?))
+            eos.isentrope_curve(v0, t, densest_adiabat(eos, t, up_to.si()?).map_err(none)?)
         }
         Kind::Release { pressure } => {
             let p = above_zero("--pressure", pressure, Dimension::Pressure)?;

@@ -124,7 +124,9 @@ impl Eos {
         let start = self.reference_volume();
         // Past the limit of compression no shock arrives: anything wanted lies below it in compression.
         let above = |v: f64| self.hugoniot(v).map_or(1.0, |s| measure(&s) - wanted);
-        let volume = bisect(0.2 * start, start, 1e-15 * start, above).ok_or_else(|| CurveError {
+        // metals first; gases of a gamma near 1 compress to less than a fifth
+        let search = |from: f64, to: f64| bisect(from * start, to * start, 1e-15 * start, above);
+        let volume = search(0.2, 1.0).or_else(|| search(1e-3, 0.2)).ok_or_else(|| CurveError {
             curve: "Hugoniot",
             model: self.name(),
             why: format!("{what} {wanted:e} {unit} is not between the reference state and the limit of compression"),

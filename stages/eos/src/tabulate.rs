@@ -1,5 +1,5 @@
 //! Stages `eos.table` and `eos.sesame`: tables in place of a fitted equation of state.
-use crate::fit::Reference;
+use crate::fit::{Reference, one_potential};
 use crate::model::sesame;
 use crate::model::tabulated::{Isochore, Node, Parameters};
 use crate::{Eos, EosResult, Tabulated};
@@ -65,6 +65,7 @@ impl Stage for Table {
 /// # Errors
 /// [`StageError::Physics`] where the states have no zero-pressure solid, or make no table.
 pub fn tabulate(states: &[State], reference_temperature: f64) -> Result<Tabulated, StageError> {
+    one_potential(states).map_err(StageError::physics)?;
     let reference = Reference::find(states, reference_temperature).map_err(StageError::physics)?;
     let mut sorted: Vec<&State> = states.iter().collect();
     sorted.sort_by(|a, b| a.volume.total_cmp(&b.volume));

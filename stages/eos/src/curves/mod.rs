@@ -4,6 +4,7 @@
 //! `trace.rs` the curves; `text.rs` curves and answers as comma-separated text.
 pub mod text;
 pub mod trace;
+use crate::curve::CurveError;
 use crate::landmarks::Landmark;
 use crate::{Eos, EosResult};
 use hvi_kit::units::{Pressure, Temperature};
@@ -152,7 +153,7 @@ pub fn trace_all(params: &Params, result: &EosResult, ctx: &Ctx<'_>) -> Result<C
     }
     ctx.tick(1.0, 3.0, "isotherms, isobars, isentropes")?;
     for t in &params.isotherms {
-        let end = densest(eos, t.si(), params.up_to.si());
+        let end = densest(eos, t.si(), params.up_to.si()).map_err(StageError::physics)?;
         add(Kind::Isotherm, format!("isotherm {} K", t.si()), eos.isotherm_curve(t.si(), 1.15 * v0, end));
     }
     for p in &params.isobars {
@@ -160,7 +161,7 @@ pub fn trace_all(params: &Params, result: &EosResult, ctx: &Ctx<'_>) -> Result<C
         add(Kind::Isobar, format!("isobar {} GPa", p.si() / 1e9), samples);
     }
     for t in &params.isentropes {
-        let end = densest(eos, eos.reference_temperature(), params.up_to.si());
+        let end = densest_adiabat(eos, t.si(), params.up_to.si()).map_err(StageError::physics)?;
         add(Kind::Isentrope, format!("isentrope from {} K at V0", t.si()), eos.isentrope_curve(v0, t.si(), end));
     }
     ctx.tick(2.0, 3.0, "melting")?;
@@ -171,6 +172,7 @@ pub fn trace_all(params: &Params, result: &EosResult, ctx: &Ctx<'_>) -> Result<C
     }
     let landmarks = match eos {
         Eos::Gray(gray) => crate::landmarks::landmarks(gray),
+        Eos::Patches(patches) => crate::landmarks::landmarks(patches.gray()),
         _ => Vec::new(),
     };
     Ok(Curves {
@@ -183,10 +185,34 @@ pub fn trace_all(params: &Params, result: &EosResult, ctx: &Ctx<'_>) -> Result<C
     })
 }
 
-/// The volume at which the isotherm reaches `pressure` [Pa], 0.4 V0 at least.
-pub fn densest(eos: &Eos, temperature: f64, pressure: f64) -> f64 {
+/// The volume [m3/kg] at which the isotherm of `temperature` [K] reaches `pressure` [Pa], 0.4 V0 at least.
+///
+/// # Errors
+/// [`CurveError`] where its pressure at V0 is higher already.
+pub fn densest(eos: &Eos, temperature: f64, pressure: f64) -> Result<f64, CurveError> {
+    end(eos, "isotherm", pressure, |v| eos.pressure_at(v, temperature))
+}
+
+/// The same of the isentrope through (V0, `temperature` [K]).
+///
+/// # Errors
+/// As [`densest`].
+pub fn densest_adiabat(eos: &Eos, temperature: f64, pressure: f64) -> Result<f64, CurveError> {
     let v0 = eos.reference_volume();
-    hvi_kit::math::bisect(0.4 * v0, v0, 1e-9 * v0, |v| eos.pressure_at(v, temperature) - pressure).unwrap_or(0.4 * v0)
+    let start = eos.energy_at(v0, temperature);
+    end(eos, "isentrope", pressure, |v| eos.point(v, eos.isentrope(v0, start, v, 400)).pressure)
+}
+
+/// Where between V0 and 0.4 V0 the curve with `pressure_at` reaches `pressure` [Pa].
+fn end(eos: &Eos, curve: &'static str, pressure: f64, pressure_at: impl Fn(f64) -> f64) -> Result<f64, CurveError> {
+    let v0 = eos.reference_volume();
+    let first = pressure_at(v0);
+    if !(first < pressure) {
+        let why =
+            format!("it has {:.4} GPa at V0, no less than the {:.4} GPa it is to end at", first / 1e9, pressure / 1e9);
+        return Err(CurveError { curve, model: eos.name(), why });
+    }
+    Ok(hvi_kit::math::bisect(0.4 * v0, v0, 1e-9 * v0, |v| pressure_at(v) - pressure).unwrap_or(0.4 * v0))
 }
 
 /// From 0.6 to 1.1 V0, and from the coldest energy there to the heat of 9000 K at V0: the range of Fig 4.

@@ -52,6 +52,8 @@ pub fn write(samples: &[Sample]) -> String {
 /// # Errors
 /// [`Fault`] where a column is missing or twice there, a unit is unknown, or a cell is no number the model can take.
 pub fn answer(eos: &Eos, text: &str) -> Result<Vec<Sample>, Fault> {
+    // as some spreadsheets begin their files
+    let text = text.trim_start_matches('\u{feff}');
     let mut lines =
         text.lines().enumerate().map(|(i, l)| (i + 1, l.trim())).filter(|(_, l)| !l.is_empty() && !l.starts_with('#'));
     let Some((line, header)) = lines.next() else {
@@ -71,6 +73,11 @@ pub fn answer(eos: &Eos, text: &str) -> Result<Vec<Sample>, Fault> {
     let mut all = Vec::new();
     for (line, row) in lines {
         let cells: Vec<&str> = row.split(',').map(str::trim).collect();
+        let expected = header.split(',').count();
+        if cells.len() != expected {
+            let why = format!("expected {expected} cells, as the header has: there are {}", cells.len());
+            return Err(Fault { line, text: row.into(), why });
+        }
         let number = |(k, factor): (usize, f64), least: Option<f64>| {
             let text = cells.get(k).copied().unwrap_or_default();
             let value = text.parse::<f64>().ok().filter(|x| x.is_finite() && least.is_none_or(|l| *x > l));
@@ -79,9 +86,27 @@ pub fn answer(eos: &Eos, text: &str) -> Result<Vec<Sample>, Fault> {
         };
         let v = number(volume, Some(0.0))?;
         let e = if by_temperature { eos.energy_at(v, number(other, Some(0.0))?) } else { number(other, None)? };
-        all.push(eos.sample(v, e));
+        let sample = eos.sample(v, e);
+        if let Some(why) = unanswered(eos, &sample) {
+            return Err(Fault { line, text: row.into(), why });
+        }
+        all.push(sample);
     }
     Ok(all)
+}
+
+/// Why `eos` has no answer for the state of `sample`, if it has none.
+fn unanswered(eos: &Eos, sample: &Sample) -> Option<String> {
+    if ![sample.temperature, sample.energy, sample.pressure, sample.sound_speed].iter().all(|x| x.is_finite()) {
+        return Some("the model has no finite answer there".into());
+    }
+    match eos {
+        Eos::Table(table) if !table.covers(sample.volume, sample.temperature) => {
+            let (v, t) = (sample.volume * 1e3, sample.temperature);
+            Some(format!("V {v:.5} cm3/g, T {t:.1} K is outside of the table"))
+        }
+        _ => None,
+    }
 }
 
 /// Place of the column `name`, and the size of its unit in SI.
@@ -136,6 +161,9 @@ mod tests {
         assert!(fault("V,P\n").2.contains("no column T or E"));
         assert!(fault("V,V,T\n").2.contains("twice"));
         assert_eq!(fault("").0, 1);
-        assert!(fault("V,T\n1e-4\n").2.contains("expected"));
+        assert!(fault("V,T\n1e-4\n").2.contains("expected 2 cells"));
+        assert!(fault("V,T\n1,1,300\n").2.contains("there are 3"));
+        assert!(fault("V,E\n1e-4,1e308\n").2.contains("no finite answer"));
+        assert!(answer(&eos, "\u{feff}V,T\n1e-4,300\n").is_ok());
     }
 }

@@ -133,7 +133,11 @@ impl Eos {
     /// The critical point: the hottest isotherm on which the pressure, beyond 1.1 V0, does not fall with volume somewhere. `None` for
     /// models without a vapour of their own.
     pub fn critical_point(&self) -> Option<Sample> {
-        let Eos::Gray(gray) = self else { return None };
+        let gray = match self {
+            Eos::Gray(gray) => gray,
+            Eos::Patches(patches) => patches.gray(),
+            _ => return None,
+        };
         let v0 = self.reference_volume();
         // (dP/dV)_T at its largest, and where: on a grid of V, then closed in on by thirds.
         let steepest = |t: f64| {

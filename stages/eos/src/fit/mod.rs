@@ -9,7 +9,7 @@ mod states;
 mod synthetic;
 mod two_stage;
 pub use report::{FitReport, FittedParameter, Residual};
-pub use states::{MeltingPoint, Reference};
+pub use states::{MeltingPoint, Reference, one_potential};
 
 use crate::handbook::{COPPER_COHESION, COPPER_MOLAR_MASS};
 use crate::model::gray::{Gray, Parameters};
@@ -70,8 +70,9 @@ pub struct Params {
     /// V0, where the model has neither pressure nor energy at that temperature; by default where the states have no pressure. The
     /// paper's is that of a lattice of 0.3615 nm, 0.1119 cm3/g, where they have about 2 GPa.
     pub reference_volume: Option<SpecificVolume>,
-    /// Energy of the dilute gas at T -> 0 above the reference state; sets the vapour only. Default: copper's.
-    pub cohesive_energy: SpecificEnergy,
+    /// Energy of the dilute gas at T -> 0 above the reference state; sets the vapour only. Default: copper's, for copper; other
+    /// metals need theirs.
+    pub cohesive_energy: Option<SpecificEnergy>,
     /// Entropy of melting at constant volume plus the liquid's softening, in units of R: GRAY's Delta S, which T_m hangs on. With
     /// melting points among the inputs it is fitted, and this is where the search starts.
     pub melting_entropy: f64,
@@ -86,9 +87,23 @@ impl Default for Params {
             loss: Loss::Square,
             reference_temperature: Temperature::new(300.0),
             reference_volume: None,
-            cohesive_energy: SpecificEnergy::new(COPPER_COHESION / COPPER_MOLAR_MASS),
+            cohesive_energy: None,
             melting_entropy: 1.16,
             bootstrap: 100,
+        }
+    }
+}
+
+impl Params {
+    /// Energy of the dilute gas of the metal of `molar_mass` [kg/mol] above the reference state [J/kg].
+    fn cohesion(&self, molar_mass: f64) -> Result<f64, FitError> {
+        match self.cohesive_energy {
+            Some(energy) => Ok(energy.si()),
+            None if (molar_mass / COPPER_MOLAR_MASS - 1.0).abs() < 1e-3 => Ok(COPPER_COHESION / COPPER_MOLAR_MASS),
+            None => Err(FitError(format!(
+                "`cohesive_energy` is known for copper only: give that of this metal of {:.3} g/mol, e.g. \"12.0 MJ/kg\" for aluminium",
+                molar_mass * 1e3
+            ))),
         }
     }
 }
@@ -132,7 +147,7 @@ impl Stage for Fitting {
         };
         positive("reference_temperature", params.reference_temperature.si(), "K")?;
         positive("reference_volume", params.reference_volume.map_or(1.0, |v| v.si()), "m3/kg")?;
-        positive("cohesive_energy", params.cohesive_energy.si(), "J/kg")?;
+        positive("cohesive_energy", params.cohesive_energy.map_or(1.0, |e| e.si()), "J/kg")?;
         // Below, the liquid's softening of 0.16 R makes the model invalid; metals have 0.8 to 1.7.
         if !(0.3..=5.0).contains(&params.melting_entropy) {
             return Err(Invalid::new(
@@ -163,7 +178,8 @@ impl Stage for Fitting {
 pub fn fit(params: &Params, states: &[State], melting: &[Coexistence], ctx: &Ctx<'_>) -> Result<EosResult, StageError> {
     let (t0, v0) = (params.reference_temperature.si(), params.reference_volume.map(|v| v.si()));
     let data = states::Data::new(states, melting, t0, v0, params.weights).map_err(StageError::physics)?;
-    let start = two_stage::start(&data, params);
+    let cohesion = params.cohesion(data.molar_mass).map_err(StageError::physics)?;
+    let start = two_stage::start(&data, params, cohesion);
     let fit = two_stage::fit(&data, &start, params.into(), true).map_err(StageError::physics)?;
     let p = fit.gray.parameters().clone();
     let densest = data.rows.iter().map(|r| 1.0 - r.volume / p.volume).fold(0.0, f64::max);

@@ -52,6 +52,22 @@ pub(super) struct Data {
     pub molar_mass: f64,
 }
 
+/// Refuses states of several potentials: each has its own lattice and its own zero of energy.
+///
+/// # Errors
+/// [`FitError`] with the first state that is of another.
+pub fn one_potential(states: &[State]) -> Result<(), FitError> {
+    let Some(first) = states.first() else { return Ok(()) };
+    let same = |a: f64, b: f64| (a - b).abs() <= 1e-9 * b;
+    let other = |s: &State| !same(s.lattice_volume, first.lattice_volume) || !same(s.molar_mass, first.molar_mass);
+    let Some(i) = states.iter().position(other) else { return Ok(()) };
+    Err(FitError(format!(
+        "state {i} is of another metal or potential than the first: its lattice at 0 K has {:.6} cm3/g, not {:.6}",
+        states[i].lattice_volume * 1e3,
+        first.lattice_volume * 1e3
+    )))
+}
+
 /// States this close to T0 [K] make the reference isotherm.
 const NEAR: f64 = 30.0;
 
@@ -71,6 +87,7 @@ impl Data {
         if let Some(i) = states.iter().position(|s| s.molar_mass != molar_mass) {
             return refuse(format!("state {i} has another molar mass than the first: one metal a fit"));
         }
+        one_potential(states)?;
         let bad = |s: &State| ![s.volume, s.temperature, s.pressure, s.energy].iter().all(|x| x.is_finite());
         if let Some(i) = states.iter().position(bad) {
             return refuse(format!("state {i} is not finite: {:?}", states[i]));

@@ -56,11 +56,11 @@ pub(super) fn fit(data: &Data, start: &Parameters, rule: Rule, scan: bool) -> Re
 }
 
 /// Where the search starts: C from the bulk modulus, S and gamma0 typical of close-packed metals, a = gamma0 - 1/2,
-/// free-electron heat.
-pub(super) fn start(data: &Data, params: &Params) -> Parameters {
+/// free-electron heat; `cohesion` [J/kg] is the energy of the dilute gas.
+pub(super) fn start(data: &Data, params: &Params, cohesion: f64) -> Parameters {
     let (v0, c) = (data.volume.0, (data.bulk_modulus * data.volume.0).sqrt());
     let mut p = Parameters::metal(v0, c, 1.4, 2.0, 1.5, 7e-4, 2000.0, data.molar_mass, 1.0);
-    p.cohesive_energy = params.cohesive_energy.si();
+    p.cohesive_energy = cohesion;
     p.reference_temperature = params.reference_temperature.si();
     p.melting_entropy = params.melting_entropy;
     p

@@ -18,7 +18,7 @@ const LONGEST: usize = 100_000;
 /// The table in `text`, phases not told apart; its V0 is where the isotherm of `reference_temperature` [K] crosses zero pressure, the
 /// densest such place.
 ///
-/// Rows of zero density are left out. Energies stay as they are.
+/// Rows of zero density are left out. Energies are counted from the reference state, whatever the file counts them from.
 ///
 /// # Errors
 /// [`SesameError`] with the line where a word is no finite number, or counts that don't fit, or where no isotherm crosses zero pressure.
@@ -36,7 +36,7 @@ pub fn read(text: &str, reference_temperature: f64) -> Result<Parameters, Sesame
     };
     let (nr, nt) = (nr as usize, nt as usize);
     let needed = 2 + nr + nt + 2 * nr * nt;
-    if words.len() < needed {
+    if words.len() != needed {
         let why = format!("{nr} densities and {nt} temperatures make {needed} numbers, but there are {}", words.len());
         return Err(SesameError(why));
     }
@@ -53,7 +53,12 @@ pub fn read(text: &str, reference_temperature: f64) -> Result<Parameters, Sesame
     let reference_volume = free_volume(&solid, reference_temperature).ok_or_else(|| {
         SesameError(format!("no pressure vanishes along {reference_temperature} K: it has no reference state"))
     })?;
-    Ok(Parameters { reference_volume, reference_temperature, solid, liquid: Vec::new() })
+    let mut parameters = Parameters { reference_volume, reference_temperature, solid, liquid: Vec::new() };
+    if let Ok(table) = super::tabulated::Tabulated::new(parameters.clone()) {
+        let zero = Eos::Table(table).energy_at(reference_volume, reference_temperature);
+        parameters.solid.iter_mut().flat_map(|i| &mut i.nodes).for_each(|n| n.energy -= zero);
+    }
+    Ok(parameters)
 }
 
 /// The smallest volume [m3/kg] at which the isotherm crosses zero pressure: linear between the grid's points first, then on the

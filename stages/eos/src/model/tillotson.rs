@@ -40,14 +40,14 @@ pub struct Parameters {
 /// `P = a E/V + (b E/(V omega) + A mu exp(-beta (V/V0 - 1))) exp(-alpha (V/V0 - 1)^2)`. Between: linear in E.
 ///
 /// Source: J. H. Tillotson, General Atomic report GA-3216 (1962), in the form of H. J. Melosh, Impact Cratering (1989), app. II. It
-/// knows no temperature: here `T = T0 + (E - e_c(V))/c_v`, e_c the energy on the isentrope through the reference state, held beyond
-/// V = 1.2 V0. Energies below -E0 eta^2/2 count as that in omega, whose pole lies at -E0 eta^2.
+/// knows no temperature: here `T = T_s(V) + (E - e_s(V))/c_v`, e_s and T_s energy and temperature on the isentrope through the
+/// reference state, held beyond V = 1.2 V0; `d ln T_s = -gamma d ln V` with gamma = V (dP/dE)_V. Energies below -E0 eta^2/2 count as that in omega, whose pole lies at -E0 eta^2.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(try_from = "Parameters", into = "Parameters")]
 pub struct Tillotson {
     parameters: Parameters,
-    /// e_c over V/V0.
-    isentrope: Table<1>,
+    /// e_s and ln(T_s/T0) over V/V0.
+    isentrope: Table<2>,
 }
 
 /// P [Pa], dP/dE at constant V [kg/m3] and dP/drho at constant E [m2/s2].
@@ -114,7 +114,7 @@ impl Tillotson {
         let vapour = volume * p.density > 1.0 && energy >= p.complete;
         Point {
             pressure: at.p,
-            temperature: (p.reference_temperature + (energy - self.cold(volume)) / p.heat_capacity).max(0.0),
+            temperature: self.temperature(volume, energy).max(0.0),
             sound_speed: c2.max(0.01 * p.bulk / p.density).sqrt(),
             phase: if vapour { Phase::Vapour } else { Phase::Solid },
             liquid: if vapour { 1.0 } else { 0.0 },
@@ -122,13 +122,19 @@ impl Tillotson {
     }
 
     pub(crate) fn energy_at(&self, volume: f64, temperature: f64) -> f64 {
-        let p = &self.parameters;
-        self.cold(volume) + p.heat_capacity * (temperature - p.reference_temperature)
+        let (energy, own) = self.adiabat(volume);
+        energy + self.parameters.heat_capacity * (temperature - own)
     }
 
-    /// e_c [J/kg].
-    fn cold(&self, volume: f64) -> f64 {
-        self.isentrope.at(volume * self.parameters.density)[0][0]
+    fn temperature(&self, volume: f64, energy: f64) -> f64 {
+        let (adiabat, own) = self.adiabat(volume);
+        own + (energy - adiabat) / self.parameters.heat_capacity
+    }
+
+    /// e_s [J/kg] and T_s [K].
+    fn adiabat(&self, volume: f64) -> (f64, f64) {
+        let [[energy, ..], [warmth, ..]] = self.isentrope.at(volume * self.parameters.density);
+        (energy, self.parameters.reference_temperature * exp(warmth))
     }
 }
 
@@ -186,8 +192,9 @@ fn expanded(p: &Parameters, volume: f64, energy: f64) -> Slopes {
     }
 }
 
-/// e_c: dE/dV = -P from the reference state both ways, by Runge-Kutta of order four over each interval.
-fn isentrope(p: &Parameters) -> Table<1> {
+/// e_s and ln(T_s/T0): dE/dV = -P from the reference state both ways, by Runge-Kutta of order four over each interval, and
+/// -gamma/u beside it by the corrected trapezoidal rule, of order four too.
+fn isentrope(p: &Parameters) -> Table<2> {
     let (v0, step) = (1.0 / p.density, 1.0 / NODES as f64);
     let at = |i: usize| RANGE.0 + i as f64 * step;
     let count = ((RANGE.1 - RANGE.0) * NODES as f64).round() as usize;
@@ -208,11 +215,26 @@ fn isentrope(p: &Parameters) -> Table<1> {
     for i in first..count {
         energies[i + 1] = across(at(i), energies[i], step);
     }
-    let jet = |i: usize| -> [Jet; 1] {
+    // -gamma/u, gamma = V dP/dE, and its slope by central differences
+    let warming: Vec<f64> = (0..=count).map(|i| -v0 * slopes(p, at(i) * v0, energies[i]).p_e).collect();
+    let bend = |i: usize| {
+        let (a, b) = (i.saturating_sub(1), (i + 1).min(count));
+        (warming[b] - warming[a]) / ((b - a) as f64 * step)
+    };
+    let rise = |i: usize| 0.5 * step * (warming[i] + warming[i + 1]) - step * step / 12.0 * (bend(i + 1) - bend(i));
+    let mut warmth = vec![0.0; count + 1];
+    for i in (0..first).rev() {
+        warmth[i] = warmth[i + 1] - rise(i);
+    }
+    for i in first..count {
+        warmth[i + 1] = warmth[i] + rise(i);
+    }
+    let jet = |i: usize| -> [Jet; 2] {
         let (v, e) = (at(i) * v0, energies[i]);
         let s = slopes(p, v, e);
         // d2E/du2 = -V0^2 dP/dV along the isentrope = V0^2 c^2 / V^2.
-        [[e, -v0 * s.p, (s.p_rho + s.p * s.p_e * v * v) * (v0 / v) * (v0 / v)]]
+        let energy = [e, -v0 * s.p, (s.p_rho + s.p * s.p_e * v * v) * (v0 / v) * (v0 / v)];
+        [energy, [warmth[i], warming[i], bend(i)]]
     };
     Table::new(RANGE.0, step, &(0..=count).map(jet).collect::<Vec<_>>())
 }

@@ -113,7 +113,26 @@ impl Gray {
     pub fn new(parameters: Parameters) -> Result<Gray, EosError> {
         let gray = Gray::dense(parameters)?;
         gray.check_join()?;
+        gray.check_cold()?;
         Ok(gray)
+    }
+
+    /// Whether the cold pressure rises with compression all over the range of the Hugoniot.
+    fn check_cold(&self) -> Result<(), EosError> {
+        let (p, k) = (&self.parameters, &self.constants);
+        for i in 0..=50 {
+            let x = p.cap() * f64::from(i) / 50.0;
+            let slope = Local::at(k, 1.0 - x, self.functions.at::<Plain>(1.0 - x)).solid(k, 0.0).p_v;
+            if !(slope < 0.0) {
+                let why = format!(
+                    "is {}: the cold pressure would fall with compression at V/V0 = {:.3}; metals have 1 to 3",
+                    p.gruneisen,
+                    1.0 - x
+                );
+                return parameters::wrong("gruneisen", why);
+            }
+        }
+        Ok(())
     }
 
     /// As [`Gray::new`], but the vapour's join is left unchecked: what a fit to solid and liquid states may pass through.
