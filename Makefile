@@ -1,5 +1,5 @@
 # The two commands of the README, `make run` and `make test`, with all the set-up they need on a fresh Debian 12.
-.PHONY: run test check docs stability pictures bench setup-run setup-test kills faults scale
+.PHONY: run test check docs effects stability pictures bench setup-run setup-test kills faults scale
 
 run: setup-run
 	cargo build --release --locked
@@ -22,6 +22,12 @@ setup-test:
 stability:
 	cargo run --release --locked -p hvi-impact --example stability > target/stability.md
 	mv target/stability.md docs/stability.md
+
+# What effects = "auto" leaves out, against everything on: some ten minutes. Nothing else should run meanwhile: it takes times.
+effects:
+	cargo run --release --locked -p hvi-impact --example effects -- 12 target/effects.svg > target/effects.md
+	mv target/effects.svg docs/effects.svg
+	mv target/effects.md docs/effects.md
 
 # What the docs take from the code: the reference of the stages.
 docs:

@@ -26,8 +26,9 @@ const SCENES: &[Scene] = &[
     ("oblique, steep", "copper", "aluminium", "6 km/s", 60.0, 3.0, 1.5),
 ];
 
-/// A scene's parameters, decided by estimates.
-fn params(&(_, projectile, plate, velocity, angle, diameter, thickness): &Scene, cells: u32) -> Params {
+/// A scene's parameters, decided by estimates, with `across` cells across the projectile.
+fn params(&(_, projectile, plate, velocity, angle, diameter, thickness): &Scene, across: f64) -> Params {
+    let cells = (across * thickness.min(diameter) / diameter).round().max(2.0) as u32;
     let mut value = json!({
         "projectile": { "shape": "sphere", "diameter": format!("{diameter} mm"), "material": projectile },
         "plate": { "thickness": format!("{thickness} mm"), "width": format!("{} mm", 3.0 * diameter), "material": plate },
@@ -52,6 +53,19 @@ struct Asked {
     pressure: f64,
     seconds: f64,
     impact: Impact,
+}
+
+impl Asked {
+    /// Each quantity with that of `known`, and what their difference is measured by.
+    fn against(&self, known: &Asked) -> [(f64, f64, f64); 5] {
+        [
+            (self.eta, known.eta, 1.0),
+            (self.leading, known.leading, known.leading),
+            (self.hole, known.hole, known.hole),
+            (self.debris, known.debris, known.debris),
+            (self.pressure, known.pressure, known.pressure),
+        ]
+    }
 }
 
 fn run(params: &Params) -> Asked {
@@ -105,41 +119,40 @@ fn hole(impact: &Impact) -> f64 {
 }
 
 fn main() {
-    let cells: u32 = std::env::args().nth(1).and_then(|n| n.parse().ok()).unwrap_or(3);
+    let mut arguments = std::env::args().skip(1);
+    let across: f64 = arguments.next().and_then(|n| n.parse().ok()).unwrap_or(12.0);
+    let figure = arguments.next();
     let mut table = String::new();
     let mut decisions = String::new();
     let mut ratios = Vec::new();
     let (mut met, mut judged) = (0, 0);
     for scene in SCENES {
-        let auto = params(scene, cells);
-        let (pruned, full) = (run(&auto), run(&auto.everything_on()));
+        let auto = params(scene, across);
+        let everything = auto.everything_on();
+        // What the change of dimension does, and what the effects left out do, apart.
+        let flat = Params { space: auto.settled().space, ..everything.clone() };
+        let (pruned, full) = (run(&auto), run(&everything));
+        let same = if pruned.impact.space == full.impact.space { None } else { Some(run(&flat)) };
         let ratio = full.seconds / pruned.seconds;
-        ratios.push((ratio, scene.4 == 0.0));
-        let bound = if pruned.impact.space == full.impact.space { 1.0 } else { 3.0 };
-        let _ = write!(
-            table,
-            "| {} | {}-{}, {}, {:.0} deg, D/t {:.1} |",
-            scene.0,
-            scene.1,
-            scene.2,
-            scene.3,
-            scene.4,
-            scene.5 / scene.6
-        );
-        let pairs = [
-            (pruned.eta, full.eta, 1.0),
-            (pruned.leading, full.leading, full.leading),
-            (pruned.hole, full.hole, full.hole),
-            (pruned.debris, full.debris, full.debris),
-            (pruned.pressure, full.pressure, full.pressure),
-        ];
-        for (a, b, scale) in pairs {
-            let difference = if scale == 0.0 { 0.0 } else { 100.0 * (a - b) / scale };
-            let mark = if difference.abs() <= bound { "" } else { " **missed**" };
-            (judged, met) = (judged + 1, met + (difference.abs() <= bound) as usize);
-            let _ = write!(table, " {difference:+.2}{mark} |");
+        ratios.push((scene.0, ratio, scene.4 == 0.0));
+        let head = format!("{}-{}, {}, {:.0} deg, D/t {:.1}", scene.1, scene.2, scene.3, scene.4, scene.5 / scene.6);
+        let mut line = |what: &str, found: &Asked, known: &Asked, bound: f64, last: &str| {
+            let _ = write!(table, "| {} | {head} | {what} |", scene.0);
+            for (a, b, scale) in found.against(known) {
+                let difference = if scale == 0.0 { 0.0 } else { 100.0 * (a - b) / scale };
+                let is_met = difference.abs() <= bound;
+                (judged, met) = (judged + 1, met + is_met as usize);
+                let _ = write!(table, " {difference:+.2}{} |", if is_met { "" } else { " **missed**" });
+            }
+            let _ = writeln!(table, " {bound} | {last} |");
+        };
+        let times = format!("{ratio:.1}");
+        if let Some(same) = &same {
+            line("effects left out", &pruned, same, 1.0, &times);
+            line("dimension", same, &full, 3.0, "");
+        } else {
+            line("effects left out", &pruned, &full, 1.0, &times);
         }
-        let _ = writeln!(table, " {bound} | {:.1} |", ratio);
         let _ = write!(decisions, "| {} |", scene.0);
         for effect in ["dimension", "strength", "softening", "rate", "damage", "spall", "contact", "conduction"] {
             let line = pruned.impact.decisions.iter().find(|d| d.effect == effect);
@@ -154,7 +167,35 @@ fn main() {
         decisions.push('\n');
         eprintln!("{}: {ratio:.1}", scene.0);
     }
-    print(cells, &table, &decisions, &ratios, met, judged);
+    if let Some(path) = figure {
+        std::fs::write(path, bars(&ratios)).expect("the figure's folder is there");
+    }
+    print(across, &table, &decisions, &ratios, met, judged);
+}
+
+/// How many times cheaper each scene is, as bars on a logarithmic scale from 1 to 100.
+fn bars(ratios: &[(&str, f64, bool)]) -> String {
+    let (left, row, decade) = (120.0, 22.0, 220.0);
+    let height = row * ratios.len() as f64 + 40.0;
+    let mut svg = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{}\" height=\"{height}\" font-family=\"sans-serif\" font-size=\"12\">\n",
+        left + 2.0 * decade + 60.0
+    );
+    for (power, name) in ["1", "10", "100"].iter().enumerate() {
+        let x = left + power as f64 * decade;
+        let _ = writeln!(svg, "<line x1=\"{x}\" y1=\"0\" x2=\"{x}\" y2=\"{}\" stroke=\"#bbb\"/>", height - 36.0);
+        let _ = writeln!(svg, "<text x=\"{x}\" y=\"{}\" text-anchor=\"middle\">{name}</text>", height - 22.0);
+    }
+    for (k, (name, ratio, _)) in ratios.iter().enumerate() {
+        let (y, width) = (row * k as f64, (decade * hvi_kit::math::log(*ratio) / hvi_kit::math::log(10.0)).max(1.0));
+        let _ =
+            writeln!(svg, "<rect x=\"{left}\" y=\"{}\" width=\"{width:.1}\" height=\"14\" fill=\"#4477aa\"/>", y + 4.0);
+        let _ = writeln!(svg, "<text x=\"{}\" y=\"{}\" text-anchor=\"end\">{name}</text>", left - 6.0, y + 15.0);
+        let _ = writeln!(svg, "<text x=\"{:.1}\" y=\"{}\">{ratio:.1}</text>", left + width + 4.0, y + 15.0);
+    }
+    let _ =
+        writeln!(svg, "<text x=\"{left}\" y=\"{}\">time with everything on over time as decided</text>", height - 6.0);
+    svg + "</svg>\n"
 }
 
 fn median(mut x: Vec<f64>) -> f64 {
@@ -163,24 +204,27 @@ fn median(mut x: Vec<f64>) -> f64 {
     if n % 2 == 1 { x[n / 2] } else { 0.5 * (x[n / 2 - 1] + x[n / 2]) }
 }
 
-fn print(cells: u32, table: &str, decisions: &str, ratios: &[(f64, bool)], met: usize, judged: usize) {
-    let all = median(ratios.iter().map(|r| r.0).collect());
-    let least = ratios.iter().filter(|r| r.1).map(|r| r.0).fold(f64::INFINITY, f64::min);
+fn print(across: f64, table: &str, decisions: &str, ratios: &[(&str, f64, bool)], met: usize, judged: usize) {
+    let all = median(ratios.iter().map(|r| r.1).collect());
+    let least = ratios.iter().filter(|r| r.2).map(|r| r.1).fold(f64::INFINITY, f64::min);
     println!("# Effects\n");
     println!(
         "What `effects = \"auto\"` leaves out, against the same scene with everything on: a quarter of three dimensions (half where oblique), \
-         strength, rate, softening, damage, spall, contact with a coefficient of friction of {}, heat conduction; on the same {cells} cells \
-         through the thinner body, plate and end time. Made by `make effects`; one core, single runs.\n",
+         strength, rate, softening, damage, spall, contact with a coefficient of friction of {}, heat conduction; on the same cells, {across} \
+         across the projectile, plate and end time. Made by `make effects`; one core, single runs.\n",
         effects::FRICTION
     );
     println!(
         "Times are full over pruned, reruns by the guard included: median {all:.1} (at least 5 is wanted), least of the normal impacts {least:.1} \
-         (at least 30). {met} of {judged} differences are within their bound: 1 %, or 3 % where the dimension changes; eta in shares of \
-         the projectile's mass (1 = 100 %), the others relative.\n"
+         (at least 30). {met} of {judged} differences are within their bound: 1 % for effects left out in the same dimension, 3 % for the change of \
+         dimension with everything on; all in %, eta of the projectile's mass, the others of themselves.\n"
     );
-    println!("| scene | | eta | leading 1 % | hole | debris momentum | peak pressure | bound [%] | times cheaper |");
-    println!("|---|---|---|---|---|---|---|---|---|");
+    println!(
+        "| scene | | what changes | eta | leading 1 % | hole | debris momentum | peak pressure | bound [%] | times cheaper |"
+    );
+    println!("|---|---|---|---|---|---|---|---|---|---|");
     println!("{table}");
+    println!("![How many times cheaper each scene is](effects.svg)\n");
     println!("What was decided:\n");
     println!("| scene | dimension | strength | softening | rate | damage | spall | contact | conduction |");
     println!("|---|---|---|---|---|---|---|---|---|");

@@ -78,7 +78,7 @@ impl Effect {
             Effect::Softening | Effect::Rate => 0.02,
             Effect::Damage => 0.1,
             Effect::Spall => 0.5,
-            Effect::Contact => 1.0,
+            Effect::Contact => 1e-3,
             Effect::Conduction => 0.5,
             Effect::Width => 0.01,
         }
@@ -233,9 +233,9 @@ impl Plan {
             self.params.spall =
                 Some(self.switch(Effect::Spall, params.spall, "tension over spall strength", tension, source));
         }
-        // Matter that spalls parts by itself: a field of its own is for bodies that come apart whole, or slide.
+        // Bodies that stick pass on tension up to the spall strength, and slide only as their matter shears.
         let (what, number) = if params.tilt() > 0.0 {
-            ("tangential over normal velocity, times 10", 10.0 * math::sin(params.tilt()) / math::cos(params.tilt()))
+            ("tangential over normal velocity", math::sin(params.tilt()) / math::cos(params.tilt()))
         } else {
             ("spall strength over pressure", 1.0 / tension)
         };

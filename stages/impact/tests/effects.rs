@@ -111,7 +111,7 @@ fn decisions_turn_with_speed() {
             ("off".into(), "on".into())
         );
     }
-    for (effect, slow, fast) in [("strength", "1 km/s", "20 km/s"), ("contact", "30 m/s", "1 km/s")] {
+    for (effect, slow, fast) in [("strength", "1 km/s", "20 km/s"), ("contact", "1 km/s", "20 km/s")] {
         assert_eq!(
             (choice(sphere(gray(), slow), effect), choice(sphere(gray(), fast), effect)),
             ("on".into(), "off".into())
