@@ -31,6 +31,7 @@ const SUBJECTS: &[fn() -> Vec<Row>] = &[
     grid::leaving_rows,
     || grid::symmetry_rows(3),
     || grid::order_rows([16, 32]),
+    grid::even_order_rows,
     material::shear_rows,
     material::limit_rows,
     || material::state_rows(1_000_000),
