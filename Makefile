@@ -1,5 +1,5 @@
 # The two commands of the README, `make run` and `make test`, with all the set-up they need on a fresh Debian 12.
-.PHONY: run test check docs effects stability pictures bench setup-run setup-test kills faults scale
+.PHONY: run test check docs effects stability pictures reproduction bench setup-run setup-test kills faults scale
 
 run: setup-run
 	cargo build --release --locked
@@ -32,6 +32,13 @@ effects:
 # What the docs take from the code: the reference of the stages.
 docs:
 	cargo run --locked -- stages --markdown > docs/stages.md
+
+# The paper, result by result: pipelines/paper/all.toml, and its verdicts as a page.
+reproduction: setup-run
+	cargo build --release --locked
+	target/release/hvi-flow run pipelines/paper/all.toml
+	target/release/hvi-flow report pipelines/paper/all.toml --markdown verdict > target/reproduction.md
+	mv target/reproduction.md docs/reproduction.md
 
 # The README's pictures, from the results of `make run`.
 pictures:

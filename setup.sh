@@ -6,7 +6,7 @@ set -eu
 needed="gcc libc6-dev"
 useful="lammps lammps-data" # a second MD engine to compare with: nothing needs it to run
 wanted="${1:-run}"
-[ "$wanted" = test ] && needed="$needed pkg-config libhdf5-dev python3-venv slurm-wlm munge"
+[ "$wanted" = test ] && needed="$needed pkg-config libhdf5-dev python3-venv slurm-wlm munge chromium"
 
 if ! command -v cargo >/dev/null; then
     echo "setup: Rust is missing: install Rust 1.89 or newer from https://rustup.rs" >&2

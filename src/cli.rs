@@ -1,7 +1,7 @@
 //! The command line: which commands there are, and their exit codes.
 use crate::commands::{
-    Stop, cache, cancel, compare, diff, effects, eos, exec, explain, export, graph, init, plan, run, schema, shell,
-    stages, status,
+    Stop, cache, cancel, compare, diff, effects, eos, exec, explain, export, graph, init, plan, report, run, schema,
+    shell, stages, status,
 };
 use crate::console::warn;
 use clap::{CommandFactory, Parser, Subcommand};
@@ -26,6 +26,8 @@ enum Command {
     Plan(plan::Args),
     /// Say why results would be computed again, field by field, and what counts in a key
     Explain(explain::Args),
+    /// Write the page of a study from what is in the store, or print a step as Markdown
+    Report(report::Args),
     /// Show what of a study is in the store, what is at work, the last runs and their failures
     Status(status::Args),
     /// Show a step's results side by side: what the sweep sets and what came of it
@@ -64,6 +66,7 @@ pub fn main() -> ExitCode {
         Command::Run(args) => run::run(&args),
         Command::Plan(args) => plan::run(&args),
         Command::Explain(args) => explain::run(&args),
+        Command::Report(args) => report::run(&args),
         Command::Status(args) => status::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Diff(args) => diff::run(&args),

@@ -11,6 +11,7 @@ pub mod export;
 pub mod graph;
 pub mod init;
 pub mod plan;
+pub mod report;
 pub mod run;
 pub mod schema;
 pub mod shell;

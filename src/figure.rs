@@ -1,10 +1,12 @@
-//! Figures as SVG (here), pictures as PNG and tables as CSV (`figure/files.rs`), numbers and names as text (`figure/words.rs`):
+//! Figures as SVG (here), drawings too (`figure/drawing.rs`), pictures as PNG and tables as CSV (`figure/files.rs`), numbers and names as text (`figure/words.rs`):
 //! what people see of `hvi_kit::view`, the same bytes for the same view.
 //!
 //! The SVG is written by hand: text stays text, axes take the page's colour (`currentColor`), the background stays clear, so
 //! that a figure reads in light and dark pages alike.
+mod drawing;
 mod files;
 mod words;
+pub use drawing::drawing;
 pub use files::{csv, png};
 pub use words::{escape, number, uncertain, unit};
 
@@ -147,7 +149,8 @@ pub fn svg(figure: &Figure) -> String {
     out
 }
 
-fn coloured(series: &[Series]) -> impl Iterator<Item = (&Series, &'static str)> {
+/// The series with their colours: one without a label has that of the series before it.
+pub fn coloured(series: &[Series]) -> impl Iterator<Item = (&Series, &'static str)> {
     let mut used = 0usize;
     series.iter().enumerate().map(move |(k, s)| {
         if k == 0 || !s.label.is_empty() {

@@ -24,6 +24,7 @@
 //! | `events.rs`, `console.rs` | what happens, and how it is shown |
 //! | `outputs.rs`, `report.rs`, `report.html`, `figure.rs`, `hdf5_table.rs`, `hdf5_file.rs`, `extended_xyz.rs`, `vtkhdf.rs` | what people get: page, CSV, SVG, PNG, HDF5, XYZ, VTKHDF |
 //! | `amount.rs` | times and sizes as people write them |
+//! | `watch.rs` | the page of a study that runs, on this machine's own address |
 //! | `ro_crate.rs` | where exported results come from, for other programs |
 //! | `mistake.rs` | wrong input, shown with line and mark |
 //!
@@ -58,3 +59,4 @@ pub mod schema;
 pub mod sweep;
 pub mod value;
 pub mod vtkhdf;
+pub mod watch;

@@ -6,7 +6,7 @@
 use crate::execute::{Outcome, Report};
 use crate::mistake::Mistake;
 use crate::pipeline::Pipeline;
-use crate::plan::Plan;
+use crate::plan::{Plan, PlannedStep};
 use crate::registry::PROGRAM;
 use crate::report::{self, Point, Step, Study};
 use crate::{extended_xyz, figure, hdf5_table, vtkhdf};
@@ -160,16 +160,9 @@ pub fn write(pipeline: &Pipeline, plan: &Plan, run: &Report, store: &Store, fold
     for step in &plan.steps {
         let points = reader.points(step.nodes.clone());
         writer.step(&step.name, &points)?;
-        let (name, stage, summary) = (step.name.clone(), step.stage.name.into(), step.stage.summary.into());
-        steps.push(Step { name, stage, summary, needs: step.needs.clone(), points });
+        steps.push(shown(plan, step, points));
     }
-    let study_page = Study {
-        name: pipeline.name.clone(),
-        question: pipeline.question.clone(),
-        steps,
-        seconds: run.seconds,
-        command: format!("hvi-flow run {}", pipeline.path.display()),
-    };
+    let study_page = Title::of(pipeline).study(steps, run.seconds);
     writer.file("report.html", report::render(&study_page).as_bytes())?;
     for (name, seen) in std::mem::take(&mut writer.old) {
         if let Entry::Vacant(entry) = writer.files.entry(name) {
@@ -191,6 +184,43 @@ pub fn write(pipeline: &Pipeline, plan: &Plan, run: &Report, store: &Store, fold
     // Not `at: now()`: files that are as old as this are read once more, when clocks have ticked.
     Manifest { pipeline: full(&pipeline.path), study, files: writer.files, at: 0 }.publish(folder)?;
     Ok(Written { page, unreadable })
+}
+
+/// What a study is called, and what it asks.
+pub struct Title {
+    /// Name of the pipeline.
+    pub name: String,
+    /// Its opening comment.
+    pub question: String,
+    /// The command that makes it.
+    pub command: String,
+}
+impl Title {
+    /// That of `pipeline`.
+    pub fn of(pipeline: &Pipeline) -> Title {
+        let command = format!("hvi-flow run {}", pipeline.path.display());
+        Title { name: pipeline.name.clone(), question: pipeline.question.clone(), command }
+    }
+
+    fn study(&self, steps: Vec<Step>, seconds: f64) -> Study {
+        let (name, question, command) = (self.name.clone(), self.question.clone(), self.command.clone());
+        Study { name, question, steps, seconds, command }
+    }
+}
+
+/// The study with what its results show; and those that the store has but that can't be read, one sentence each.
+pub fn study(title: &Title, plan: &Plan, run: &Report, store: &Store) -> (Study, Vec<String>) {
+    let mut reader = Reader { plan, run, store, known: Briefs::new(), read: Briefs::new(), unreadable: Vec::new() };
+    let steps = plan.steps.iter().map(|step| shown(plan, step, reader.points(step.nodes.clone()))).collect();
+    (title.study(steps, run.seconds), reader.unreadable)
+}
+
+fn shown(plan: &Plan, step: &PlannedStep, points: Vec<Point>) -> Step {
+    let (name, stage, summary) = (step.name.clone(), step.stage.name.into(), step.stage.summary.into());
+    // A sweep's scenes look alike: the first is drawn.
+    let first = step.nodes.clone().next();
+    let sketches = first.map_or_else(Vec::new, |id| (step.stage.sketch)(&plan.nodes[id].params));
+    Step { name, stage, summary, needs: step.needs.clone(), sketches, points }
 }
 
 /// Whether an older file belongs to a step of the pipeline that this run didn't bring to its end.
@@ -298,6 +328,7 @@ impl Writer<'_> {
                     View::Table(t) => (&t.title, "csv", figure::csv(t).into_bytes()),
                     View::Figure(f) => (&f.title, "svg", figure::svg(f).into_bytes()),
                     View::Picture(p) => (&p.title, "png", figure::png(p)),
+                    View::Drawing(d) => (&d.title, "svg", figure::drawing(d).into_bytes()),
                     View::Trajectory(t) => (&t.title, "xyz", extended_xyz::encode(t).into_bytes()),
                     View::Cloud(c) => (&c.title, "vtkhdf", vtkhdf::encode(c)),
                     View::Text(t) => (&t.title, t.extension.as_str(), t.text.clone().into_bytes()),

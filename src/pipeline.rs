@@ -117,6 +117,8 @@ struct Raw {
     materials: Vec<Material>,
     settings: Settings,
     question: String,
+    /// Files that were read to their end: one that several others include counts once.
+    read: Vec<PathBuf>,
 }
 
 /// A `[material.NAME]`.
@@ -145,6 +147,10 @@ impl Raw {
             let comment = text.lines().take_while(|l| l.starts_with('#')).map(|l| l.trim_start_matches(['#', ' ']));
             self.question = comment.collect::<Vec<_>>().join("\n");
         }
+        let own = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
+        if self.read.contains(&own) {
+            return Ok(());
+        }
         let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
         let source = Rc::new(Source { name, text });
         for (key, value) in value::parse(&source)?.0 {
@@ -167,6 +173,7 @@ impl Raw {
                 }
             }
         }
+        self.read.push(own);
         Ok(())
     }
 

@@ -16,7 +16,10 @@ pub static STAGES: &[StageDef] = &[
     StageDef::of::<hvi_validate::isotherm::Isotherm>(),
     StageDef::of::<hvi_impact::ImpactStage>(),
     StageDef::of::<hvi_radiograph::Radiograph>(),
+    StageDef::of::<hvi_validate::taylor::TaylorBars>(),
+    StageDef::of::<hvi_validate::debris::DebrisClouds>(),
     StageDef::of::<hvi_empirical::Eta>(),
+    StageDef::of::<hvi_reproduction::Reproduction>(),
 ];
 
 /// The stage called `name`.

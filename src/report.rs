@@ -1,9 +1,13 @@
 //! The report: one self-contained HTML page of a study, from plain data.
 //!
-//! `report.html` is the page's template, `report/chain.rs` draws the chain, `report/parts.rs` turns results into rows,
-//! drawings and pictures. Every name is escaped by the template; only drawings made here go in as they are.
+//! `report.html` is the page's template, `report/page.js` its script, `report/live.js` that of a page that renews itself,
+//! `report/data.rs` the data for it, `report/chain.rs` draws the chain, `report/parts.rs` turns results into rows, drawings and
+//! pictures, `report/markdown.rs` into Markdown. Every name is escaped by the template; only drawings made here go in as they are.
 mod chain;
+mod data;
+mod markdown;
 mod parts;
+pub use markdown::markdown;
 
 use hvi_kit::view::{Scalar, View};
 use parts::{Block, Budget, Grid};
@@ -35,6 +39,8 @@ pub struct Step {
     pub summary: String,
     /// Names of the steps it takes from.
     pub needs: Vec<String>,
+    /// What its parameters alone show: the scene before anything is computed; of a sweep, its first point's.
+    pub sketches: Vec<View>,
     /// Its points; one, with an empty label, where nothing is swept.
     pub points: Vec<Point>,
 }
@@ -98,6 +104,10 @@ struct Page<'a> {
     failures: Vec<Trouble>,
     failures_left_out: usize,
     steps: Vec<Section<'a>>,
+    /// What the script knows of the study, as JSON.
+    study: String,
+    script: &'static str,
+    live: &'static str,
 }
 
 #[derive(Serialize)]
@@ -129,6 +139,15 @@ struct Section<'a> {
 
 /// The page.
 pub fn render(study: &Study) -> String {
+    page(study, "")
+}
+
+/// The page while the study runs: it asks beside itself how far that is, and renews itself.
+pub fn render_live(study: &Study) -> String {
+    page(study, include_str!("report/live.js"))
+}
+
+fn page(study: &Study, live: &'static str) -> String {
     let mut budget = Budget::default();
     let failures =
         || study.steps.iter().enumerate().flat_map(|(k, s)| s.points.iter().filter_map(move |p| failure(k, s, p)));
@@ -141,6 +160,9 @@ pub fn render(study: &Study) -> String {
         failures: failures().take(MOST_TROUBLES).collect(),
         failures_left_out: failures().count().saturating_sub(MOST_TROUBLES),
         steps: study.steps.iter().enumerate().map(|(k, s)| section(k, s, &mut budget)).collect(),
+        study: data::study(study),
+        script: include_str!("report/page.js"),
+        live,
     };
     // The template is part of the program and tested; were it wrong, the reader still learns of it.
     fill(&page).unwrap_or_else(|e| format!("<!doctype html><pre>{}</pre>\n", crate::figure::escape(&format!("{e:#}"))))
@@ -219,10 +241,12 @@ fn counts(step: &Step) -> String {
 }
 
 fn node(step: &Step) -> chain::Node {
+    let seconds: f64 = step.points.iter().map(|p| p.seconds).sum();
+    let time = if seconds > 0.0 { format!(" · {}", parts::time(seconds)) } else { String::new() };
     chain::Node {
         name: step.name.clone(),
         stage: step.stage.clone(),
-        counts: counts(step),
+        counts: counts(step) + &time,
         class: class(step),
         needs: step.needs.clone(),
     }
@@ -262,10 +286,11 @@ fn section<'a>(anchor: usize, step: &'a Step, budget: &mut Budget) -> Section<'a
     let mut troubles = troubles(anchor, step);
     let troubles_left_out = troubles.len().saturating_sub(MOST_TROUBLES);
     troubles.truncate(MOST_TROUBLES);
-    let (blocks, left_out) = match single {
+    let (shown, left_out) = match single {
         Some(point) => (parts::blocks(&point.views, budget), String::new()),
         None => parts::sweep_blocks(&step.points, budget),
     };
+    let blocks = parts::blocks(&step.sketches, budget).into_iter().chain(shown).collect();
     Section {
         name: &step.name,
         stage: &step.stage,

@@ -6,7 +6,9 @@ mod build;
 mod suite {
     pub mod bad_input;
     pub mod bits;
+    pub mod browser;
     pub mod cache;
+    pub mod chromium;
     pub mod commands;
     pub mod eos;
     pub mod faults;

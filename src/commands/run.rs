@@ -1,11 +1,13 @@
 //! `run`: computes what a pipeline needs and isn't in the store, and writes its report.
 use super::{Done, OutArgs, Stop, StudyArgs};
 use crate::console::{self, Console, Mode, duration, warn};
-use crate::events::{Line, RunLine};
+use crate::events::{Line, Listener, RunLine};
 use crate::execute::{self, Options, Outcome, Remote, Report};
+use crate::history::Last;
 use crate::pipeline::{Executor, Pipeline};
 use crate::plan::Plan;
-use crate::{amount, history, outputs};
+use crate::watch::Watch;
+use crate::{amount, forecast, history, outputs, report};
 use hvi_kit::{Cancel, Store};
 use std::process::ExitCode;
 use std::time::Duration;
@@ -46,6 +48,9 @@ pub struct Args {
     /// Show failures and the result only
     #[arg(long, short)]
     quiet: bool,
+    /// Show the report in a browser while the study runs: says its address, which is this machine's alone
+    #[arg(long)]
+    watch: bool,
 }
 
 impl Args {
@@ -54,7 +59,7 @@ impl Args {
         pipeline: &'a Pipeline,
         jobs: usize,
         cancel: &'a Cancel,
-        listener: &'a Console,
+        listener: &'a dyn Listener,
     ) -> Options<'a> {
         let usual = Options::new(jobs, cancel, listener);
         Options {
@@ -101,14 +106,31 @@ pub fn run(args: &Args) -> Done {
     if mode == Mode::Json {
         console::json(&Line::Run(RunLine::Began { study: &pipeline.name, nodes: plan.nodes.len(), jobs }));
     }
-    let options = args.options(&pipeline, jobs, cancel, &console);
+    let watch = args.watch.then(|| Watch::open(&console)).transpose();
+    let watch = watch.map_err(|e| Stop::Machine(format!("can't open an address for --watch: {e}")))?;
+    let listener: &dyn Listener = watch.as_ref().map_or(&console, |w| w);
+    let options = args.options(&pipeline, jobs, cancel, listener);
     let write = |report: &Report| {
         console.finish();
         store.notices().iter().for_each(|text| warn(format_args!("{text}")));
         outputs::write(&pipeline, &plan, report, &store, &folder)
             .map_err(|e| Stop::Machine(format!("can't write results to {}: {e}", folder.display())))
     };
-    let mut report = execute::execute(&plan, &store, &options)?;
+    let title = outputs::Title::of(&pipeline);
+    let page = || {
+        let last = Last::of(&store, &title.name);
+        let found = forecast::report(&forecast::forecast(&plan, &store, &last));
+        report::render_live(&outputs::study(&title, &plan, &found, &store).0)
+    };
+    let mut report = std::thread::scope(|scope| {
+        if let Some(watch) = &watch {
+            warn(format_args!("watch it at {}", watch.url()));
+            scope.spawn(|| watch.serve(&plan, &page));
+        }
+        let report = execute::execute(&plan, &store, &options);
+        watch.iter().for_each(Watch::end);
+        report
+    })?;
     let mut written = write(&report)?;
     if !written.unreadable.is_empty() {
         // What was damaged has been moved aside by now: the same run makes it again.

@@ -1,5 +1,5 @@
 //! Parts of the report: tables as rows of text, figures as drawings, pictures as embedded files.
-use super::{Point, State};
+use super::{Point, State, data};
 use crate::figure::{self, number, uncertain, unit};
 use hvi_kit::units;
 use hvi_kit::view::{Cell, Picture, Scalar, Table, View};
@@ -7,7 +7,7 @@ use serde::Serialize;
 use std::sync::Arc;
 
 /// Rows of one table that the page holds; the files beside it hold all.
-const MOST_ROWS: usize = 500;
+pub const MOST_ROWS: usize = 500;
 /// Tables longer than this scroll in a box, those longer than the next are folded as well.
 const LONG_TABLE: usize = 20;
 const GREAT_TABLE: usize = 48;
@@ -60,15 +60,21 @@ struct Text {
     text: String,
     number: bool,
     class: &'static str,
+    /// With all digits, where the text has fewer.
+    full: String,
 }
 impl Text {
     fn word(text: impl Into<String>, class: &'static str) -> Text {
-        Text { text: text.into(), number: false, class }
+        Text { text: text.into(), number: false, class, full: String::new() }
+    }
+    fn number(text: String, full: String) -> Text {
+        let full = if full == text { String::new() } else { full };
+        Text { text, number: true, class: "", full }
     }
     fn of(cell: &Cell) -> Text {
         match cell {
-            Cell::Number(x) => Text { text: number(*x, 4), number: true, class: "" },
-            Cell::Uncertain(x, e) => Text { text: uncertain(*x, *e), number: true, class: "" },
+            Cell::Number(x) => Text::number(number(*x, 4), format!("{x}")),
+            Cell::Uncertain(x, e) => Text::number(uncertain(*x, *e), format!("{x} ± {e}")),
             Cell::Text(t) => Text::word(t.clone(), ""),
             Cell::Empty => Text::word("", ""),
         }
@@ -90,6 +96,8 @@ pub enum Block {
         title: String,
         /// The drawing, made here: safe.
         svg: String,
+        /// Its points for the script, or nothing for a drawing that only is looked at.
+        data: String,
         /// What to make of it.
         note: String,
     },
@@ -100,7 +108,9 @@ pub enum Block {
     },
     /// What one point of a sweep shows, folded.
     Point {
-        /// Which point.
+        /// Which point, counted from 0.
+        index: usize,
+        /// Its name.
         label: String,
         /// What it shows.
         blocks: Vec<Block>,
@@ -110,6 +120,8 @@ pub enum Block {
 /// One picture.
 #[derive(Serialize)]
 pub struct Image {
+    /// Pictures of one group follow each other in time.
+    group: String,
     label: String,
     title: String,
     data: String,
@@ -205,11 +217,8 @@ pub fn sweep(points: &[Point]) -> Option<Grid> {
             p.scalars.iter().find(|own| own.name == s.name).map_or(Text::word("", ""), |own| Text::of(&own.value))
         };
         row.extend(scalars.iter().map(own));
-        row.push(Text {
-            text: if p.seconds > 0.0 { time(p.seconds) } else { String::new() },
-            number: true,
-            class: "quiet",
-        });
+        let took = if p.seconds > 0.0 { time(p.seconds) } else { String::new() };
+        row.push(Text { class: "quiet", ..Text::number(took, String::new()) });
         row
     };
     let rows: Vec<_> = points.iter().take(MOST_ROWS).map(row).collect();
@@ -250,7 +259,7 @@ fn common_unit(points: &[Point], key: &str) -> String {
 fn value(point: &Point, key: &str, unit: &str) -> Text {
     let Some((_, value)) = point.swept.iter().find(|(k, _)| k == key) else { return Text::word("", "") };
     match units::split(value).filter(|(_, own)| *own == unit) {
-        Some((digits, _)) => Text { text: digits.replace('-', "−"), number: true, class: "" },
+        Some((digits, _)) => Text::number(digits.replace('-', "−"), String::new()),
         None => Text::word(value.clone(), ""),
     }
 }
@@ -271,7 +280,12 @@ pub fn blocks(views: &[View], budget: &mut Budget) -> Vec<Block> {
         match view {
             View::Table(t) => blocks.push(Block::Table { grid: table(t) }),
             View::Figure(f) => {
-                blocks.push(Block::Figure { title: f.title.clone(), svg: figure::svg(f), note: f.note.clone() })
+                let (title, note) = (f.title.clone(), f.note.clone());
+                blocks.push(Block::Figure { title, svg: figure::svg(f), data: data::plot(f), note })
+            }
+            View::Drawing(d) => {
+                let (title, note) = (d.title.clone(), d.note.clone());
+                blocks.push(Block::Figure { title, svg: figure::drawing(d), data: String::new(), note })
             }
             View::Picture(p) => {
                 if budget.take() {
@@ -308,9 +322,9 @@ pub fn sweep_blocks(points: &[Point], budget: &mut Budget) -> (Vec<Block>, Strin
         }
     }
     let other = |p: &&Point| p.views.iter().any(|v| !matches!(v, View::Picture(_)));
-    for point in points.iter().filter(other).take(MOST_POINTS_SHOWN) {
+    for (index, point) in points.iter().enumerate().filter(|(_, p)| other(p)).take(MOST_POINTS_SHOWN) {
         let views: Vec<View> = point.views.iter().filter(|v| !matches!(v, View::Picture(_))).cloned().collect();
-        blocks.push(Block::Point { label: point.label.clone(), blocks: self::blocks(&views, budget) });
+        blocks.push(Block::Point { index, label: point.label.clone(), blocks: self::blocks(&views, budget) });
     }
     let mut left = Vec::new();
     let all_pictures = pictures().count() + points.iter().map(|p| p.unread.pictures).sum::<usize>();
@@ -327,6 +341,13 @@ pub fn sweep_blocks(points: &[Point], budget: &mut Budget) -> (Vec<Block>, Strin
 fn image(p: &Picture, label: &str) -> Image {
     let colour = |c: &[u8; 3]| format!("#{:02x}{:02x}{:02x}", c[0], c[1], c[2]);
     Image {
+        group: p
+            .title
+            .split([',', '0', '1', '2', '3', '4', '5', '6', '7', '8', '9'])
+            .next()
+            .unwrap_or_default()
+            .trim()
+            .into(),
         label: label.into(),
         title: p.title.clone(),
         data: base64(&figure::png(p)),

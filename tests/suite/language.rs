@@ -47,6 +47,20 @@ fn an_included_material_a_selection_and_a_film() {
     );
 }
 
+/// Two files may share a third: its steps are there once.
+#[test]
+fn a_file_that_two_others_include_counts_once() {
+    let project = Project::new("include = [\"a.toml\", \"b.toml\"]\n");
+    project.write("common.toml", "[step.metal]\nuse = \"eos.handbook\"\nset = \"copper-royce\"\n");
+    for (file, step) in [("a.toml", "one"), ("b.toml", "two")] {
+        let text = format!("include = [\"common.toml\"]\n[step.{step}]\nuse = \"eos.curves\"\neos = \"@metal\"\n");
+        project.write(file, &text);
+    }
+    let said = project.hvi(&["plan", "study.toml"]);
+    assert_eq!(said.code, 0, "{}", said.err);
+    assert!(said.out.contains("3 results"), "{}", said.out);
+}
+
 #[test]
 fn a_material_that_no_step_uses_is_named() {
     let (used, unused) =

@@ -21,6 +21,7 @@ fn validator() -> jsonschema::Validator {
 fn every_shipped_pipeline_is_valid() {
     let validator = validator();
     let mut all = pipelines("pipelines");
+    all.extend(pipelines("pipelines/paper"));
     all.extend(pipelines("src/commands"));
     assert!(all.len() >= 2);
     for (path, value) in all {

@@ -2,6 +2,8 @@
 use crate::result::{At, Decision, Impact, Ledger, PHASES, Passed, Probe, Snapshot, Track};
 use hvi_kit::view::{Axis, Cell, Cloud, Field, Figure, Moment, Scalar, Series, Style, Table, View};
 
+pub mod sketch;
+
 /// The run in one row.
 pub fn scalars(impact: &Impact) -> Vec<Scalar> {
     let mut row = vec![Scalar::number("velocity", impact.velocity / 1e3, "km/s")];

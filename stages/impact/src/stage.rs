@@ -46,6 +46,10 @@ impl Stage for ImpactStage {
         params.with_meshes(files)?.settled().check()
     }
 
+    fn sketch(params: &Params) -> Vec<hvi_kit::view::View> {
+        crate::show::sketch::scene(params)
+    }
+
     fn cost(params: &Params) -> f64 {
         let params = &params.settled();
         let layout = Layout::of(params);

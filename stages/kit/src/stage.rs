@@ -96,6 +96,11 @@ pub trait Stage: 'static {
         Needs::default()
     }
 
+    /// What the parameters alone show, before anything is computed: a scene's set-up; never enters a result.
+    fn sketch(_params: &Self::Params) -> Vec<View> {
+        Vec::new()
+    }
+
     /// The program outside that computes these parameters, if one does: its version enters the key.
     fn engine(_params: &Self::Params) -> Option<&'static Engine> {
         None
@@ -166,6 +171,8 @@ pub struct StageDef {
     pub check: fn(&serde_json::Value, &BTreeMap<String, File>) -> Result<Checked, Invalid>,
     /// Threads and memory for canonical parameters.
     pub needs: fn(&serde_json::Value) -> Needs,
+    /// What canonical parameters alone show.
+    pub sketch: fn(&serde_json::Value) -> Vec<View>,
     /// Loads inputs, runs, stores the output.
     pub run: fn(&Recipe, &Store, &Ctx<'_>) -> Result<Made, StageError>,
     /// Shows a stored output.
@@ -194,6 +201,7 @@ impl StageDef {
                 Ok(Checked { params: serde_json::to_value(params).expect("parameters are plain data"), cost, engine })
             },
             needs: |value| S::Params::deserialize(value).map_or_else(|_| Needs::default(), |p| S::needs(&p)),
+            sketch: |value| S::Params::deserialize(value).map_or_else(|_| Vec::new(), |p| S::sketch(&p)),
             run: |recipe, store, ctx| {
                 let params = S::Params::deserialize(&recipe.params).expect("checked when it was planned");
                 let inputs = S::Inputs::load(&recipe.inputs, store)?;

@@ -25,6 +25,7 @@ pub enum Dimension {
     MolarMass,
     Rate,
     Angle,
+    Energy,
 }
 
 impl Dimension {
@@ -44,6 +45,7 @@ impl Dimension {
             Dimension::MolarMass => "kg/mol",
             Dimension::Rate => "1/s",
             Dimension::Angle => "rad",
+            Dimension::Energy => "J",
         }
     }
 
@@ -63,6 +65,7 @@ impl Dimension {
             Dimension::MolarMass => "63.546 g/mol",
             Dimension::Rate => "1 1/s",
             Dimension::Angle => "30 deg",
+            Dimension::Energy => "100 keV",
         }
     }
 
@@ -132,6 +135,9 @@ const UNITS: &[Unit] = {
         Unit("1/us", Rate, 1.0, 6),
         Unit("rad", Angle, 1.0, 0),
         Unit("deg", Angle, std::f64::consts::PI / 180.0, 0),
+        Unit("J", Energy, 1.0, 0),
+        Unit("keV", Energy, 1.602176634, -16),
+        Unit("MeV", Energy, 1.602176634, -13),
     ]
 };
 
@@ -260,6 +266,8 @@ quantities! {
     Rate,
     /// Angle [rad].
     Angle,
+    /// Energy, as of a photon [J].
+    Energy,
 }
 
 #[cfg(test)]

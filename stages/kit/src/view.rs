@@ -214,6 +214,65 @@ pub struct Text {
     pub text: String,
 }
 
+/// One part of a drawing; coordinates in the drawing's unit, y upwards.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Shape {
+    /// A closed outline, filled.
+    Outline {
+        /// Its corners.
+        corners: Vec<[f64; 2]>,
+        /// Which of the drawing's bodies it belongs to: each has a colour.
+        body: usize,
+    },
+    /// A disc, filled.
+    Disc {
+        /// Its middle.
+        centre: [f64; 2],
+        /// Its radius.
+        radius: f64,
+        /// Which of the drawing's bodies it belongs to.
+        body: usize,
+    },
+    /// An arrow, as of a velocity, with words at its tail.
+    Arrow {
+        /// Its tail.
+        from: [f64; 2],
+        /// Its tip.
+        to: [f64; 2],
+        /// What it means.
+        text: String,
+    },
+    /// A length between two points, with its value.
+    Length {
+        /// One end.
+        from: [f64; 2],
+        /// The other.
+        to: [f64; 2],
+        /// Its value, with unit.
+        text: String,
+    },
+    /// A line that is no matter: an axis or a plane of symmetry.
+    Axis {
+        /// One end.
+        from: [f64; 2],
+        /// The other.
+        to: [f64; 2],
+    },
+}
+
+/// A drawing to scale, the same scale both ways.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Drawing {
+    /// Heading; also the name of its SVG file.
+    pub title: String,
+    /// Names of the bodies.
+    pub bodies: Vec<String>,
+    /// What is drawn, the first at the back.
+    pub shapes: Vec<Shape>,
+    /// Source, scale, what to make of it; may be empty.
+    pub note: String,
+}
+
 /// Something to look at.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[expect(missing_docs, reason = "the variants' types say it")]
@@ -224,4 +283,5 @@ pub enum View {
     Trajectory(Trajectory),
     Cloud(Cloud),
     Text(Text),
+    Drawing(Drawing),
 }

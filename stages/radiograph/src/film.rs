@@ -2,6 +2,8 @@
 use crate::camera::Raster;
 use crate::phases::PhaseMap;
 use crate::scale_bar;
+use crate::shape::{self, Shape};
+use crate::xray::Exposed;
 use hvi_kit::view::{Picture, Scalar, View};
 use hvi_kit::{Artifact, math};
 use schemars::JsonSchema;
@@ -41,6 +43,10 @@ pub struct Film {
     pub black: f64,
     /// Impact speed [m/s].
     pub velocity: f64,
+    /// The physical X-ray film, where one was asked for.
+    pub exposed: Option<Exposed>,
+    /// What the cloud measures, one an exposure that has a cloud.
+    pub shapes: Vec<Shape>,
     /// Cross-sections coloured by phase, one an exposure.
     pub phases: Vec<PhaseMap>,
 }
@@ -118,7 +124,7 @@ pub fn digits(x: f64) -> String {
 }
 
 impl Artifact for Film {
-    const KIND: &'static str = "film/1";
+    const KIND: &'static str = "film/2";
 
     fn scalars(&self) -> Vec<Scalar> {
         vec![
@@ -131,6 +137,17 @@ impl Artifact for Film {
 
     fn views(&self) -> Vec<View> {
         let film = View::Picture(self.picture());
-        std::iter::once(film).chain(self.phases.iter().map(|map| View::Picture(map.picture()))).collect()
+        let times: Vec<String> = self.exposures.iter().map(|&t| microseconds(t)).collect();
+        let title = format!("X-ray, {}, {}", self.view, times.join(" + "));
+        let exposed = self.exposed.iter().map(|e| View::Picture(e.picture(self.raster, title.clone())));
+        let mut all: Vec<View> = std::iter::once(film)
+            .chain(exposed)
+            .chain(self.phases.iter().map(|map| View::Picture(map.picture())))
+            .collect();
+        if !self.shapes.is_empty() {
+            all.push(View::Table(shape::table(&self.shapes, self.velocity)));
+            all.push(View::Figure(shape::figure(&self.shapes)));
+        }
+        all
     }
 }

@@ -1,18 +1,24 @@
 //! X-ray-like images of impact results: the density projection, and the phase map beside it.
 //!
-//! `camera.rs` where the film stands; `project.rs` mass onto pixels; `spread.rs` how far each particle
+//! `camera.rs` where the film stands; `project.rs` mass onto pixels; `xray.rs` what a flash
+//! leaves on a film, by `attenuation.rs`; `spread.rs` how far each particle
 //! is smeared; `film.rs` the result and its grey scale; `phases.rs` the
-//! cut coloured by phase; `scale_bar.rs` the bar below a picture.
+//! cut coloured by phase; `shape.rs` lengths that a film is measured for; `scale_bar.rs` the bar below a picture.
+mod attenuation;
 mod camera;
 mod film;
 mod phases;
 mod project;
 mod scale_bar;
+mod shape;
 mod spread;
+mod xray;
 pub use camera::{Angles, Camera, Frame, Named, Raster, View, describe};
 pub use film::{Film, Tone};
 pub use phases::{COLOURS, PhaseMap};
 pub use project::Plate;
+pub use shape::Shape;
+pub use xray::{Exposed, Xray};
 
 use film::{digits, microseconds};
 use hvi_impact::result::{Impact, Snapshot, Space};
@@ -46,6 +52,9 @@ pub struct Params {
     /// Thickness of solid plate material that is full black; none: what 99.5 % of the exposed pixels stay below.
     #[serde(default)]
     pub black: Option<Length>,
+    /// A physical X-ray film beside the projection: attenuation by material and energy, blur, motion, the film's response.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub xray: Option<Xray>,
 }
 
 fn yes() -> bool {
@@ -90,6 +99,9 @@ impl Stage for Radiograph {
         }
         if p.black.is_some_and(|b| b.si() <= 0.0) {
             return Err(Invalid::new("black", "the thickness that is full black must be above 0 m"));
+        }
+        if let Some(xray) = &p.xray {
+            xray.check()?;
         }
         if let Some(f) = p.frame {
             let (w, h) = (f.to[0].si() - f.from[0].si(), f.to[1].si() - f.from[1].si());
@@ -144,6 +156,11 @@ impl Stage for Radiograph {
             tone: p.tone,
             black: p.black.map_or_else(|| Film::auto_black(&density), |b| b.si() * plate_density),
             velocity: run.velocity,
+            exposed: match p.xray {
+                Some(x) => Some(xray::expose(x, run, &shots, &sides, &camera, raster, ctx)?),
+                None => None,
+            },
+            shapes: shots.iter().filter_map(|shot| Shape::of(run, shot)).collect(),
             phases: shots.iter().zip(&sides).map(|(shot, sides)| PhaseMap::new(run, shot, sides, cut)).collect(),
             density,
         })

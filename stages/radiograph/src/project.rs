@@ -62,8 +62,27 @@ impl Plate {
         camera: &Camera,
         ctx: &Ctx<'_>,
     ) -> Result<(), Cancelled> {
+        self.expose_body(run, p, sides, camera, None, ctx)
+    }
+
+    /// As [`Plate::expose`], of one body only, by its number.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub fn expose_body(
+        &mut self,
+        run: &Impact,
+        p: &Particles,
+        sides: &[f64],
+        camera: &Camera,
+        body: Option<usize>,
+        ctx: &Ctx<'_>,
+    ) -> Result<(), Cancelled> {
         let images = images(run.space);
         for i in 0..p.mass.len() {
+            if body.is_some_and(|b| usize::from(p.body[i]) != b) {
+                continue;
+            }
             if i % 4096 == 0 {
                 ctx.tick(i as f64, p.mass.len() as f64, "projecting")?;
             }

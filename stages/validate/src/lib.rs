@@ -1,11 +1,13 @@
-//! An equation of state and the states it came from, against experiment.
+//! Equations of state, the states they came from, and impacts, against experiment.
 //!
 //! `csv.rs` reads reference data; `states.rs` curves straight from molecular dynamics; `hugoniot.rs` and `isotherm.rs` the two
-//! stages; `score.rs` what they leave.
+//! stages of equations of state, `score.rs` what they leave; `taylor.rs` bars on an anvil, `debris.rs` holes and debris clouds.
 mod csv;
+pub mod debris;
 pub mod hugoniot;
 pub mod isotherm;
 mod score;
 mod states;
+pub mod taylor;
 pub use csv::{Csv, CsvError};
 pub use score::{Compared, Score, StatePoint, Validation};
