@@ -1,7 +1,7 @@
 //! The command line: which commands there are, and their exit codes.
 use crate::commands::{
     Stop, cache, cancel, compare, diff, effects, eos, exec, explain, export, graph, init, plan, report, run, schema,
-    shell, stages, status,
+    shell, stages, status, tradeoff,
 };
 use crate::console::warn;
 use clap::{CommandFactory, Parser, Subcommand};
@@ -32,6 +32,8 @@ enum Command {
     Status(status::Args),
     /// Show a step's results side by side: what the sweep sets and what came of it
     Compare(compare::Args),
+    /// Run a study at several settings and show what accuracy costs in time
+    Tradeoff(tradeoff::Args),
     /// Show two runs side by side: parameters and results
     Diff(diff::Args),
     /// Write results as files, with where each comes from (RO-Crate)
@@ -69,6 +71,7 @@ pub fn main() -> ExitCode {
         Command::Report(args) => report::run(&args),
         Command::Status(args) => status::run(&args),
         Command::Compare(args) => compare::run(&args),
+        Command::Tradeoff(args) => tradeoff::run(&args),
         Command::Diff(args) => diff::run(&args),
         Command::Export(args) => export::run(&args),
         Command::Graph(args) => graph::run(&args),

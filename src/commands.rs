@@ -17,6 +17,7 @@ pub mod schema;
 pub mod shell;
 pub mod stages;
 pub mod status;
+pub mod tradeoff;
 use crate::mistake::Mistake;
 use crate::pipeline::{self, Pipeline};
 use crate::plan::Plan;

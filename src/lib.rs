@@ -9,7 +9,7 @@
 //!                                                    |        |
 //!                                             registry        cache/ (store)
 //!                                                    |
-//!                stages/: md -> eos -> validate, impact -> radiograph, empirical   (kit: what each is made of)
+//!                stages/: md -> eos -> validate, impact -> radiograph, empirical   (kit: what each is made of; tradeoff: what accuracy costs)
 //! ```
 //!
 //! | file | what |
@@ -23,6 +23,7 @@
 //! | `forecast.rs`, `history.rs` | what a run would do and why; what earlier runs did |
 //! | `events.rs`, `console.rs` | what happens, and how it is shown |
 //! | `outputs.rs`, `report.rs`, `report.html`, `figure.rs`, `hdf5_table.rs`, `hdf5_file.rs`, `extended_xyz.rs`, `vtkhdf.rs` | what people get: page, CSV, SVG, PNG, HDF5, XYZ, VTKHDF |
+//! | `tradeoff.rs` | `[tradeoff.NAME]`: sets of runs, joined with what they cost |
 //! | `amount.rs` | times and sizes as people write them |
 //! | `watch.rs` | the page of a study that runs, on this machine's own address |
 //! | `ro_crate.rs` | where exported results come from, for other programs |
@@ -57,6 +58,7 @@ pub mod report;
 pub mod ro_crate;
 pub mod schema;
 pub mod sweep;
+pub mod tradeoff;
 pub mod value;
 pub mod vtkhdf;
 pub mod watch;

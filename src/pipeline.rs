@@ -28,6 +28,8 @@ pub struct Pipeline {
     pub settings: Settings,
     /// What was written to no effect, one sentence each.
     pub remarks: Vec<String>,
+    /// The tables `[tradeoff.NAME]`, as written: see [`crate::tradeoff`].
+    pub tradeoff: Table,
 }
 
 /// `[run]`.
@@ -108,7 +110,8 @@ pub fn read(path: &Path, settings: &[String]) -> Result<Pipeline, Mistake> {
         let title = format!("{} gives the study the name `{name}`, which is no name for a folder", path.display());
         return Err(Mistake::new(title).help("call the file something that doesn't begin with a dot"));
     }
-    Ok(Pipeline { path: path.into(), name, question: raw.question, steps, settings: raw.settings, remarks })
+    let (question, settings, tradeoff) = (raw.question, raw.settings, raw.tradeoff);
+    Ok(Pipeline { path: path.into(), name, question, steps, settings, remarks, tradeoff })
 }
 
 #[derive(Default)]
@@ -119,6 +122,7 @@ struct Raw {
     question: String,
     /// Files that were read to their end: one that several others include counts once.
     read: Vec<PathBuf>,
+    tradeoff: Table,
 }
 
 /// A `[material.NAME]`.
@@ -167,9 +171,10 @@ impl Raw {
                     }
                 }
                 "run" => self.run(value.table("[run]")?)?,
+                "tradeoff" => self.tradeoff.0.extend(value.table("[tradeoff.NAME]")?.0.iter().cloned()),
                 other => {
                     let mistake = Mistake::new(format!("unknown table or key `{other}`")).at(&key.at, "not known here");
-                    return Err(mistake.nearest(other, ["step", "include", "material", "run"]));
+                    return Err(mistake.nearest(other, ["step", "include", "material", "run", "tradeoff"]));
                 }
             }
         }

@@ -76,6 +76,23 @@ pub fn pipeline() -> Value {
                 "description": "Pipeline files whose steps and materials this one shares, relative to it.",
             },
             "step": named("step"),
+            "tradeoff": {
+                "type": "object",
+                "description": "What accuracy costs, for `hvi-flow tradeoff`: sets of runs along one key.",
+                "additionalProperties": {
+                    "type": "object",
+                    "additionalProperties": false,
+                    "required": ["of", "along"],
+                    "properties": {
+                        "of": { "type": "string", "description": "The runs, as in \"@ball[*]\"." },
+                        "along": { "type": "string", "description": "The swept key that is refined." },
+                        "finer": { "enum": ["larger", "smaller"], "description": "Which of its values are finer." },
+                        "eos": { "type": "string", "description": "The equation of state that the closed form of a planar impact is of." },
+                        "check": { "type": "string", "description": "Another block, whose choices these runs check." },
+                        "about": { "type": "string", "description": "What the runs are, in a sentence." },
+                    },
+                },
+            },
             "material": materials,
             "run": {
                 "type": "object",

@@ -19,5 +19,6 @@ mod suite {
     pub mod slurm;
     pub mod stops;
     pub mod tidy;
+    pub mod tradeoff;
     pub mod vtkhdf;
 }

@@ -16,9 +16,9 @@ use std::time::Duration;
 #[derive(clap::Args)]
 pub struct Args {
     #[command(flatten)]
-    study: StudyArgs,
+    pub(super) study: StudyArgs,
     #[command(flatten)]
-    out: OutArgs,
+    pub(super) out: OutArgs,
     /// Only these steps and what they need
     #[arg(long, value_name = "STEP")]
     only: Vec<String>,

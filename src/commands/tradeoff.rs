@@ -1,0 +1,201 @@
+//! `tradeoff`: runs a study at several settings and shows what accuracy costs in time.
+use super::compare::cell;
+use super::{Done, Stop, run};
+use crate::console::{say, warn};
+use crate::history::Last;
+use crate::mistake::Mistake;
+use crate::report::{self, Point, State, Step, Study, Unread};
+use crate::tradeoff::{self, Outcome};
+use crate::{amount, figure, forecast};
+use hvi_kit::view::{Table, View};
+use hvi_tradeoff::{Chosen, Pace, Quantity};
+use std::fmt::Write;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// What `tradeoff` is told.
+#[derive(clap::Args)]
+#[group(id = "tradeoff")]
+pub struct Args {
+    #[command(flatten)]
+    run: run::Args,
+    /// Write what to choose to a Markdown page too
+    #[arg(long, value_name = "FILE")]
+    page: Option<PathBuf>,
+    /// The cheapest setting with at most this error, such as "2 %", of --quantity
+    #[arg(long, value_name = "ERROR", requires = "quantity", conflicts_with = "budget")]
+    accuracy: Option<String>,
+    /// The most accurate setting within this CPU time, such as 10min, for --quantity
+    #[arg(long, value_name = "TIME", requires = "quantity", value_parser = amount::time)]
+    budget: Option<std::time::Duration>,
+    /// The quantity that --accuracy and --budget are of: QUANTITY, or BLOCK.QUANTITY
+    #[arg(long, value_name = "QUANTITY")]
+    quantity: Option<String>,
+}
+
+/// Runs what is missing, then shows errors against costs.
+///
+/// # Errors
+/// [`Stop`] where the pipeline or the question is wrong, or results can't be written.
+pub fn run(args: &Args) -> Done {
+    let (pipeline, plan) = args.run.study.read(&[])?;
+    let blocks = tradeoff::blocks(&pipeline, &plan)?;
+    let target = args.accuracy.as_deref().map(percent).transpose()?;
+    let ended = run::run(&args.run)?;
+    if ended != ExitCode::SUCCESS {
+        return Ok(ended);
+    }
+    let store = args.run.study.store()?;
+    let forecasts = forecast::forecast(&plan, &store, &Last::of(&store, &pipeline.name));
+    let outcome = |b| tradeoff::outcome(b, &plan, &forecasts, &store);
+    let mut outcomes: Vec<Outcome<'_>> = blocks.iter().map(outcome).collect::<Result<_, _>>()?;
+    tradeoff::check(&mut outcomes);
+    let folder = args.run.out.folder(&pipeline);
+    let command = format!("hvi-flow tradeoff {}", pipeline.path.display());
+    let cannot = |path: &Path| {
+        let path = path.display().to_string();
+        move |e: std::io::Error| Stop::Machine(format!("can't write {path}: {e}"))
+    };
+    write(&folder, &command, &pipeline.question, &outcomes).map_err(cannot(&folder))?;
+    if let Some(path) = &args.page {
+        let command = format!("{command} --page {}", path.display());
+        fs::write(path, page(&command, &pipeline.question, &outcomes, &tradeoff::paces(&plan, &forecasts)))
+            .map_err(cannot(path))?;
+    }
+    for o in &outcomes {
+        let choices = hvi_tradeoff::choices(&o.block.along, &o.samples, &o.quantities);
+        say(format_args!("{}: {}\n\n{}", o.block.name, o.block.about, markdown(&choices)));
+    }
+    warn(format_args!("{}", folder.join("tradeoff.html").display()));
+    match &args.quantity {
+        None => Ok(ExitCode::SUCCESS),
+        Some(wanted) => choose(&outcomes, wanted, target, args.budget.map(|b| b.as_secs_f64())),
+    }
+}
+
+/// `2 %` as 0.02.
+fn percent(text: &str) -> Result<f64, Mistake> {
+    let number = text.trim().strip_suffix('%').and_then(|n| n.trim().parse::<f64>().ok());
+    let number = number.filter(|n| *n > 0.0 && *n < 100.0);
+    number.map(|n| n / 100.0).ok_or_else(|| Mistake::new(format!("--accuracy {text}: expected a share, as in \"2 %\"")))
+}
+
+/// Says which setting reaches what was asked of the quantity `wanted`; exit code 2 where none does.
+fn choose(outcomes: &[Outcome<'_>], wanted: &str, target: Option<f64>, budget: Option<f64>) -> Done {
+    let all = || outcomes.iter().flat_map(|o| o.quantities.iter().map(move |q| (o, q)));
+    let full = |o: &Outcome<'_>, q: &Quantity| format!("{}.{}", o.block.name, q.name);
+    let found: Vec<_> = all().filter(|(o, q)| q.name == wanted || full(o, q) == wanted).collect();
+    if found.is_empty() {
+        let names: Vec<String> = all().map(|(o, q)| full(o, q)).collect();
+        let mistake = Mistake::new(format!("there is no quantity `{wanted}`"));
+        return Err(mistake.help(format!("there are: {}", names.join(", "))).into());
+    }
+    let mut reached = false;
+    for (o, q) in found {
+        let points = q.points(&o.samples);
+        let chosen = match (target, budget) {
+            (_, Some(budget)) => hvi_tradeoff::most_accurate(&points, budget),
+            (target, None) => hvi_tradeoff::cheapest(&points, target.unwrap_or(0.0)),
+        };
+        let Some(Chosen { index, reached: here }) = chosen else { continue };
+        reached |= here;
+        let (sample, (cost, error)) = (&o.samples[index], points[index]);
+        let group = if sample.group.is_empty() { String::new() } else { format!(", {}", sample.group) };
+        let how = if here { "take" } else { "none reaches it; the nearest is" };
+        say(format_args!(
+            "{}: {how} {} {}{group}: {:.2} % off (the reference is known to {:.2} %), {cost:.1} s of CPU time",
+            full(o, q),
+            o.block.along,
+            sample.setting,
+            100.0 * error,
+            100.0 * q.blur()
+        ));
+    }
+    Ok(ExitCode::from(if reached || (target.is_none() && budget.is_none()) { 0 } else { 2 }))
+}
+
+/// The page with figures, and every table and figure as a file.
+fn write(folder: &Path, command: &str, question: &str, outcomes: &[Outcome<'_>]) -> std::io::Result<()> {
+    let mut steps = Vec::new();
+    for o in outcomes {
+        let inner = folder.join("tradeoff").join(&o.block.name);
+        fs::create_dir_all(&inner)?;
+        let views = o.views();
+        for view in &views {
+            let (title, extension, text) = match view {
+                View::Table(t) => (&t.title, "csv", figure::csv(t)),
+                View::Figure(f) => (&f.title, "svg", figure::svg(f)),
+                _ => continue,
+            };
+            let name = title.to_lowercase().replace(' ', "-");
+            fs::write(inner.join(format!("{name}.{extension}")), text)?;
+        }
+        let point = Point {
+            label: String::new(),
+            state: State::Hit,
+            seconds: o.samples.iter().map(|s| s.cost).sum(),
+            key: String::new(),
+            params: [].into(),
+            swept: Vec::new(),
+            scalars: Vec::new(),
+            views,
+            unread: Unread::default(),
+        };
+        let (name, summary) = (o.block.name.clone(), o.block.about.clone());
+        steps.push(Step {
+            name,
+            stage: "tradeoff".into(),
+            summary,
+            needs: Vec::new(),
+            sketches: Vec::new(),
+            points: vec![point],
+        });
+    }
+    let (question, command) = (question.to_string(), command.to_string());
+    let study = Study { name: "What accuracy costs".into(), question, steps, seconds: 0.0, command };
+    fs::write(folder.join("tradeoff.html"), report::render(&study))
+}
+
+/// The Markdown page: what to choose, and how sure that is.
+fn page(command: &str, question: &str, outcomes: &[Outcome<'_>], paces: &[(&str, Pace)]) -> String {
+    let mut text = format!("# What accuracy costs\n\nMade by `{command}`. {question}\n");
+    for o in outcomes {
+        let _ = write!(text, "\n## {}\n\n{}\n", o.block.name, o.block.about);
+        for view in o.views() {
+            if let View::Table(t) = view
+                && t.title != "Runs"
+            {
+                let _ = write!(text, "\n**{}.** {}\n\n{}", t.title, t.note, markdown(&t));
+            }
+        }
+    }
+    text += "\n## Predicted times\n\nCore-seconds that a stage predicts, against those that the runs above took on this machine: \
+             predictions are multiplied by the median; the worst is by which factor one was still off.\n\n\
+             | stage | runs | taken over predicted | worst factor |\n|---|---|---|---|\n";
+    for (stage, p) in paces {
+        let _ = writeln!(text, "| `{stage}` | {} | {:.2} | {:.1} |", p.runs, p.median, p.worst);
+    }
+    text
+}
+
+fn markdown(table: &Table) -> String {
+    let line = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
+    let head =
+        |(name, unit): &(String, String)| if unit.is_empty() { name.clone() } else { format!("{name} [{unit}]") };
+    let mut text = line(table.columns.iter().map(head).collect());
+    text += &format!("|{}\n", "---|".repeat(table.columns.len()));
+    table.rows.iter().for_each(|row| text += &line(row.iter().map(short).collect()));
+    text
+}
+
+/// A cell with three digits: what errors and costs are good to.
+fn short(of: &hvi_kit::view::Cell) -> String {
+    use hvi_kit::view::Cell;
+    let three = |x: f64| format!("{x:.2e}").parse::<f64>().unwrap_or(x);
+    match of {
+        Cell::Number(x) => cell(&Cell::Number(three(*x))),
+        Cell::Uncertain(x, error) => figure::uncertain(*x, *error),
+        other => cell(other),
+    }
+}

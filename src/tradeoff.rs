@@ -1,0 +1,203 @@
+//! `[tradeoff.NAME]` of a pipeline: which runs, along which key; joined with what each run cost, which no result may know.
+use crate::forecast::Forecast;
+use crate::mistake::{At, Mistake};
+use crate::pipeline::Pipeline;
+use crate::plan::{NodeId, Plan};
+use crate::reference;
+use crate::value::{Key, Value};
+use hvi_kit::view::View;
+use hvi_kit::{Artifact, Store, units};
+use hvi_tradeoff::{Check, Measures, Pace, Quantity, Sample, Unknown};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// One `[tradeoff.NAME]`.
+pub struct Block {
+    /// Its name.
+    pub name: String,
+    /// What the runs are, in a sentence; may be empty.
+    pub about: String,
+    /// The runs.
+    pub nodes: Vec<NodeId>,
+    /// The swept key that is refined.
+    pub along: String,
+    /// Whether smaller values are finer.
+    smaller: bool,
+    /// The node whose equation of state a closed form is of.
+    eos: Option<NodeId>,
+    /// The block whose choices these runs check.
+    check: Option<String>,
+    at: At,
+}
+
+/// What came of a block.
+pub struct Outcome<'a> {
+    /// The block.
+    pub block: &'a Block,
+    /// Its runs.
+    pub samples: Vec<Sample>,
+    /// Their quantities.
+    pub quantities: Vec<Quantity>,
+    /// What became of the choices of another block here, and its name.
+    pub checks: Option<(String, Vec<Check>)>,
+}
+
+impl Outcome<'_> {
+    /// Tables and figures.
+    pub fn views(&self) -> Vec<View> {
+        let checked = |(made, checks): &(String, Vec<Check>)| hvi_tradeoff::checked(made, &self.block.along, checks);
+        let mut views: Vec<View> = self.checks.iter().map(|c| View::Table(checked(c))).collect();
+        views.extend(hvi_tradeoff::views(&self.block.along, &self.samples, &self.quantities));
+        views
+    }
+}
+
+const KEYS: [&str; 6] = ["of", "along", "finer", "eos", "check", "about"];
+
+/// The blocks of `pipeline`, checked against its plan.
+///
+/// # Errors
+/// [`Mistake`] where there are none, a key is unknown, or a run, or the key that is refined, is not there.
+pub fn blocks(pipeline: &Pipeline, plan: &Plan) -> Result<Vec<Block>, Mistake> {
+    let blocks: Vec<Block> =
+        pipeline.tradeoff.0.iter().map(|(key, value)| block(key, value, plan)).collect::<Result<_, _>>()?;
+    let names = || blocks.iter().map(|b| b.name.as_str());
+    for block in &blocks {
+        if let Some(wanted) = block.check.as_ref().filter(|wanted| !names().any(|name| name == *wanted)) {
+            let mistake =
+                Mistake::new(format!("there is no [tradeoff.{wanted}]")).at(&block.at, "checked by these runs");
+            return Err(mistake.nearest(wanted, names()));
+        }
+    }
+    if blocks.is_empty() {
+        let title = format!("{} has no [tradeoff.NAME]", pipeline.path.display());
+        return Err(Mistake::new(title).help("write [tradeoff.NAME] with of = \"@STEP[*]\" and along = \"KEY\""));
+    }
+    Ok(blocks)
+}
+
+fn block(key: &Key, value: &Value, plan: &Plan) -> Result<Block, Mistake> {
+    let table = value.table("[tradeoff.NAME]")?;
+    if let Some((wrong, _)) = table.0.iter().find(|(k, _)| !KEYS.contains(&k.text.as_str())) {
+        let mistake = Mistake::new(format!("unknown key `{}` in [tradeoff.{}]", wrong.text, key.text));
+        return Err(mistake.at(&wrong.at, "not known here").nearest(&wrong.text, KEYS));
+    }
+    let needed = |name: &str| {
+        let missing = || Mistake::new(format!("[tradeoff.{}] lacks `{name}`", key.text)).at(&key.at, "here");
+        table.get(name).ok_or_else(missing)
+    };
+    let (of, along) = (needed("of")?, needed("along")?);
+    let nodes = nodes(plan, of)?;
+    let text = along.text("a swept key")?;
+    let swept = |id: &NodeId| plan.nodes[*id].swept.iter().any(|(k, _)| k == text);
+    if !nodes.iter().all(swept) {
+        let keys = nodes.iter().flat_map(|id| &plan.nodes[*id].swept).map(|(k, _)| k.as_str());
+        let mistake = Mistake::new(format!("the runs of [tradeoff.{}] do not sweep `{text}`", key.text));
+        return Err(mistake.at(&along.at, "not swept").nearest(text, keys));
+    }
+    let smaller = match table.get("finer").map(|v| (v, v.text("larger or smaller"))) {
+        None | Some((_, Ok("larger"))) => false,
+        Some((_, Ok("smaller"))) => true,
+        Some((_, Err(mistake))) => return Err(mistake),
+        Some((v, Ok(_))) => return Err(Mistake::new("`finer` is \"larger\" or \"smaller\"").at(&v.at, "neither")),
+    };
+    let eos = match table.get("eos") {
+        None => None,
+        Some(v) => Some(one_eos(plan, v)?),
+    };
+    let about = table.get("about").map(|v| v.text("a sentence")).transpose()?.unwrap_or_default().into();
+    let check = table.get("check").map(|v| v.text("the name of a block")).transpose()?.map(String::from);
+    Ok(Block { name: key.text.clone(), about, nodes, along: text.into(), smaller, eos, check, at: of.at.clone() })
+}
+
+fn nodes(plan: &Plan, value: &Value) -> Result<Vec<NodeId>, Mistake> {
+    reference::nodes(plan, value.text("a reference, as in \"@ball[*]\"")?).map_err(|m| m.at(&value.at, "here"))
+}
+
+fn one_eos(plan: &Plan, value: &Value) -> Result<NodeId, Mistake> {
+    match nodes(plan, value)?[..] {
+        [id] if plan.nodes[id].stage.output == hvi_eos::EosResult::KIND => Ok(id),
+        _ => Err(Mistake::new("`eos` is one equation of state").at(&value.at, "this is not")),
+    }
+}
+
+/// Measures the runs of `block`, all of which have results.
+///
+/// # Errors
+/// [`Mistake`] where no quantities are known of such results, or one can't be read.
+pub fn outcome<'a>(
+    block: &'a Block,
+    plan: &Plan,
+    forecasts: &[Forecast],
+    store: &Store,
+) -> Result<Outcome<'a>, Mistake> {
+    let unreadable = |e: hvi_kit::LoadError| Mistake::new(format!("[tradeoff.{}]: {e}", block.name));
+    let eos = match block.eos.and_then(|id| forecasts[id].entry()) {
+        Some(entry) => Some(hvi_kit::load::<hvi_eos::EosResult>(store, entry.output).map_err(unreadable)?.eos),
+        None => None,
+    };
+    let coupled = coupled(block, plan);
+    let mut samples = Vec::new();
+    for &id in &block.nodes {
+        let (node, Some(entry)) = (&plan.nodes[id], forecasts[id].entry()) else { continue };
+        let kind = node.stage.output;
+        let measures: Measures =
+            hvi_tradeoff::of_kind(kind, entry.output, store, eos.as_ref()).map_err(|e| match e {
+                Unknown::Load(e) => unreadable(e),
+                Unknown::Kind => {
+                    let title = format!("no quantities are known of what `{}` makes", node.stage.name);
+                    Mistake::new(title).at(&block.at, "expected runs of `impact` or `md`")
+                }
+            })?;
+        let of = |wanted: bool| node.swept.iter().filter(move |(k, _)| (*k == block.along) == wanted);
+        let setting = of(true).map(|(_, v)| v.clone()).next().unwrap_or_default();
+        let group = of(false)
+            .filter(|(k, _)| !coupled.contains(&k.as_str()))
+            .map(|(k, v)| format!("{k}={v}"))
+            .collect::<Vec<_>>()
+            .join(", ");
+        let number = units::split(&setting).and_then(|(number, _)| number.parse::<f64>().ok()).filter(|x| *x > 0.0);
+        let h = number.map(|x| if block.smaller { x } else { 1.0 / x });
+        let cost = f64::from(if entry.cpu_s > 0.0 { entry.cpu_s } else { entry.wall_s });
+        let key = forecasts[id].key.map(|k| k.to_string()).unwrap_or_default();
+        samples.push(Sample { setting, group, h, measures, cost, foretold: node.cost, key });
+    }
+    let quantities = hvi_tradeoff::study(&samples);
+    Ok(Outcome { block, samples, quantities, checks: None })
+}
+
+/// Swept keys that go with the one that is refined: another value at each of its values, and each but once.
+fn coupled<'a>(block: &Block, plan: &'a Plan) -> Vec<&'a str> {
+    let swept = |id: &NodeId| &plan.nodes[*id].swept;
+    let values = |key: &str| -> BTreeSet<&str> {
+        block.nodes.iter().flat_map(swept).filter(|(k, _)| k == key).map(|(_, v)| v.as_str()).collect()
+    };
+    let keys: BTreeSet<&str> = plan.nodes[block.nodes[0]].swept.iter().map(|(k, _)| k.as_str()).collect();
+    let runs = block.nodes.len();
+    if values(&block.along).len() != runs {
+        return Vec::new();
+    }
+    keys.into_iter().filter(|key| *key != block.along && values(key).len() == runs).collect()
+}
+
+/// Holds the choices of blocks against the runs of those that check them.
+pub fn check(outcomes: &mut [Outcome<'_>]) {
+    for k in 0..outcomes.len() {
+        let Some(wanted) = outcomes[k].block.check.clone() else { continue };
+        if let Some(made) = outcomes.iter().find(|o| o.block.name == wanted) {
+            let here = &outcomes[k];
+            let checks = hvi_tradeoff::check((&made.samples, &made.quantities), (&here.samples, &here.quantities));
+            outcomes[k].checks = Some((wanted, checks));
+        }
+    }
+}
+
+/// By stage, how its predicted core-seconds compare with those that the plan's results took.
+pub fn paces(plan: &Plan, forecasts: &[Forecast]) -> Vec<(&'static str, Pace)> {
+    let mut runs: BTreeMap<&'static str, Vec<(f64, f64)>> = BTreeMap::new();
+    for (node, forecast) in plan.nodes.iter().zip(forecasts) {
+        if let Some(entry) = forecast.entry() {
+            runs.entry(node.stage.name).or_default().push((node.cost, f64::from(entry.cpu_s)));
+        }
+    }
+    runs.into_iter().filter_map(|(stage, runs)| Some((stage, hvi_tradeoff::pace(&runs)?))).collect()
+}
