@@ -291,18 +291,20 @@ def main():
     work.chmod(0o777)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
     try:
+        # Where user 65534 can run it.
+        program = shutil.copy(args.program, work / "hvi-flow")
         whole = work / "whole"
         whole.mkdir()
         (whole / "study.toml").write_text(STUDY)
         shutil.copy(ROOT / "pipelines/data/cu_isotherm_dewaele2004.csv", whole / "measured.csv")
-        subprocess.run([args.program, "run", "-q", "study.toml", "--store", "store"], cwd=whole, check=True)
+        subprocess.run([program, "run", "-q", "study.toml", "--store", "store"], cwd=whole, check=True)
         cases = [c for c in CASES if not args.case or args.case in c]
         each = -(-args.tries // len(cases))
         start = time.monotonic()
         counts = {c: [0, 0, 0, 0] for c in cases}
         jobs = [(c, args.seed * 1_000_000 + k * each + i) for k, c in enumerate(cases) for i in range(each)]
         with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
-            for (case, _), (wrong, lost, said) in zip(jobs, pool.map(lambda j: one(j[0], args.program, whole, work, j[1]), jobs)):
+            for (case, _), (wrong, lost, said) in zip(jobs, pool.map(lambda j: one(j[0], program, whole, work, j[1]), jobs)):
                 count = counts[case]
                 for i, yes in enumerate([True, wrong, lost, not wrong and not lost]):
                     count[i] += yes

@@ -117,6 +117,7 @@ def compared(program, work, what, text, profile="", during=None):
     remote = time.monotonic() - start
     same = here.objects() == there.objects()
     nodes = len(here.events("ran"))
+    print(f"{what[2:]}: {seconds:.1f} s here, {remote:.1f} s there", file=sys.stderr)
     return [what, str(nodes), str(there.jobs()), f"{seconds:.1f}", f"{remote:.1f}", "yes" if same else "NO"]
 
 
@@ -146,6 +147,7 @@ def main():
             time.sleep(2)
             control("again")
 
+    version = subprocess.run(["sbatch", "--version"], capture_output=True, text=True).stdout.strip()
     try:
         short = SHORT.replace("COUNT", str(args.nodes))
         one_a_job = 'pack = "1 ms"'
@@ -154,8 +156,7 @@ def main():
             compared(args.program, work, f"2 {args.nodes} short nodes, ten a job", short, 'pack = "100 ms"'),
             compared(args.program, work, "3 a job for each short node", SHORT.replace("COUNT", str(args.nodes // 5)), one_a_job),
             compared(args.program, work, "4 impacts and a film", impacts(6, [1, 2, 3, 4])),
-            compared(args.program, work, "5 slurmctld killed twice with -9", short, 'pack = "100 ms"', controller_dies),
-            compared(args.program, work, "6 jobs killed by their time limit", impacts(args.cells, [2]), 'time = "1 min"'),
+            compared(args.program, work, "5 jobs killed by their time limit", impacts(args.cells, [2]), 'time = "1 min"'),
         ]
         a = Study(args.program, work / "both", short + impacts(6, [1, 2]), "a")
         b = Study(args.program, work / "both", short + impacts(6, [1, 2]), "b")
@@ -167,14 +168,14 @@ def main():
         remote = time.monotonic() - start
         same = here.objects() == a.objects()
         jobs = len({e["job"] for s in (a, b) for e in s.events("queued")})
-        rows += [["7 two studies at once, the same nodes", str(len(here.events("ran"))), str(jobs), f"{seconds:.1f}", f"{remote:.1f}", "yes" if same else "NO"]]
+        rows += [["6 two studies at once, the same nodes", str(len(here.events("ran"))), str(jobs), f"{seconds:.1f}", f"{remote:.1f}", "yes" if same else "NO"]]
+        rows.append(compared(args.program, work, "7 slurmctld killed twice with -9", short, 'pack = "100 ms"', controller_dies))
     finally:
         subprocess.run(["bash", SCRIPT, "down", cluster])
         shutil.rmtree(work, ignore_errors=True)
     rows = [[row[0][2:], *row[1:]] for row in rows]
     head = ["case", "nodes", "jobs", "here, s", "Slurm, s", "same digests"]
     lines = ["| " + " | ".join(head) + " |", "|---|---|---|---|---|---|"] + ["| " + " | ".join(r) + " |" for r in rows]
-    version = subprocess.run(["sbatch", "--version"], capture_output=True, text=True).stdout.strip()
     text = "\n".join(lines) + f"\n\nMeasured on {os.cpu_count()} cores with {version}.\n"
     print(text)
     if args.write:

@@ -55,6 +55,7 @@ ReturnToService=2
 SlurmdParameters=config_overrides
 MinJobAge=300
 KillWait=2
+SlurmdTimeout=15
 MessageTimeout=30
 NodeName=localhost CPUs=$((2 * cores)) RealMemory=64000 State=UNKNOWN
 PartitionName=debug Nodes=localhost Default=YES MaxTime=INFINITE State=UP OverSubscribe=NO
@@ -74,7 +75,8 @@ wait_until() {
     return 1
 }
 
-is_idle() { sinfo -h -o %T | grep -q -e idle -e mix -e alloc; }
+# A `*` after its state means that the node does not answer yet.
+is_ready() { sinfo -h -o %T | grep -qxE 'idle|mixed|allocated'; }
 
 up() {
     configure
@@ -87,7 +89,7 @@ up() {
     controller -i
     setsid slurmd -D -N localhost >"$at/log/slurmd.out" 2>&1 </dev/null &
     echo $! >"$at/run/slurmd.started"
-    wait_until is_idle
+    wait_until is_ready
     if [ $# = 1 ]; then
         setsid bash -c "while kill -0 $1; do sleep 1; done; exec bash '$0' down '$at'" >/dev/null 2>&1 </dev/null &
     fi
@@ -111,7 +113,7 @@ down() {
 case $1 in
 up) up "${@:3}" ;;
 kill) kill -9 "$(cat "$at/run/slurmctld.started")" ;;
-again) controller && wait_until is_idle ;;
+again) controller && wait_until is_ready ;;
 down) down ;;
 *) echo "$0: unknown: $1" >&2; exit 2 ;;
 esac

@@ -257,6 +257,10 @@ impl<'a> Cluster<'a> {
         let is_done = |work: &Work| notes.contains(&work.key) || self.store.lookup(work.key).is_some();
         let Some(batch) = Batch::read(self.store, name) else { return };
         if batch.tasks.iter().flatten().all(is_done) {
+            if self.gone.iter().any(|(gone, _)| gone == name) {
+                // A job that was taken for lost may only have been slow to be listed: nobody needs it now.
+                let _ = commands::cancel(name);
+            }
             batch::remove(self.store, name);
         }
     }

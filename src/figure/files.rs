@@ -48,12 +48,13 @@ fn palette(colours: &[[u8; 3]]) -> Option<(Vec<u8>, Vec<u8>)> {
 /// A table as CSV (RFC 4180): the header names units, numbers have all their digits, an uncertain column gets a second one with
 /// its standard errors.
 pub fn csv(table: &Table) -> String {
-    let uncertain = |k: usize| table.rows.iter().any(|row| matches!(row.get(k), Some(Cell::Uncertain(..))));
+    let in_column = |k: usize| table.rows.iter().any(|row| matches!(row.get(k), Some(Cell::Uncertain(..))));
+    let uncertain: Vec<bool> = (0..table.columns.len()).map(in_column).collect();
     let mut header = Vec::new();
     for (k, (name, unit)) in table.columns.iter().enumerate() {
         let unit = if unit.is_empty() { String::new() } else { format!(" [{unit}]") };
         header.push(field(&format!("{name}{unit}")));
-        if uncertain(k) {
+        if uncertain[k] {
             header.push(field(&format!("{name} standard error{unit}")));
         }
     }
@@ -68,7 +69,7 @@ pub fn csv(table: &Table) -> String {
                 Cell::Empty => (String::new(), String::new()),
             };
             fields.push(value);
-            if uncertain(k) {
+            if uncertain[k] {
                 fields.push(error);
             }
         }

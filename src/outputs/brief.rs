@@ -27,7 +27,7 @@ impl Brief {
     /// Of what a result shows.
     pub fn of(scalars: &[Scalar], views: &[View]) -> Brief {
         let pictures = views.iter().filter(|v| matches!(v, View::Picture(_))).count();
-        let is_small = |view: &View| matches!(view, View::Table(_) | View::Figure(_));
+        let is_small = |view: &View| matches!(view, View::Table(_) | View::Figure(_) | View::Text(_));
         let kept = if views.iter().all(is_small) { views.to_vec() } else { Vec::new() };
         Brief { scalars: scalars.to_vec(), pictures, more: views.len() > pictures, views: kept }
     }
