@@ -69,7 +69,7 @@ controller() {
 }
 
 wait_until() {
-    for _ in $(seq 300); do "$@" >/dev/null 2>&1 && return; sleep 0.1; done
+    for _ in $(seq 1200); do "$@" >/dev/null 2>&1 && return; sleep 0.1; done
     echo "Slurm did not come up:" >&2
     tail -n 20 "$at"/log/* >&2
     return 1
