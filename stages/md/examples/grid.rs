@@ -27,6 +27,7 @@ fn main() {
                 shortest: Time::new(2e-12),
                 longest: Time::new(60e-12),
                 seed: arg(4, 1.0) as u64,
+                trajectory: None,
             };
             let start = cpu_time();
             let state = run::state(&params, &BTreeMap::new(), Isa::best(), &Ctx::quiet()).expect("a state");

@@ -388,6 +388,8 @@ mod tests {
             ledger: vec![],
             angle: 0.0,
             probes: vec![],
+            decisions: vec![],
+            crossings: vec![],
             leading: [0.0; 3],
             notes: vec![],
         }
