@@ -1,5 +1,5 @@
 # The two commands of the README, `make run` and `make test`, with all the set-up they need on a fresh Debian 12.
-.PHONY: run test check docs effects stability pictures reproduction bench setup-run setup-test kills faults scale
+.PHONY: performance run test check docs effects stability pictures reproduction bench setup-run setup-test kills faults scale
 
 run: setup-run
 	cargo build --release --locked
@@ -66,3 +66,7 @@ scale: setup-test
 bench:
 	cargo build --release --locked
 	python3 benches/orchestrator.py --write docs/orchestrator.md
+
+# Speed of the impact solver beside the machine's own: docs/performance.md. Some five minutes; nothing else should run meanwhile.
+performance:
+	cargo bench --locked -p hvi-impact --bench performance -- --write docs/performance.md

@@ -10,96 +10,136 @@
 //! that is compressed would be robbed of the energy of compression and fall below zero on release.) What a shock of given speed
 //! leaves behind where it was born is the difference of the energy in its own profile from that of a sharp front: so a narrow
 //! profile with a foot of heat ahead of it leaves less, and the heat conduction pays for a smaller viscosity.
-use crate::grid::Grid;
-use crate::kernel::Stencil;
-use crate::p2g::Work;
-use crate::particle::Particle;
+use crate::g2p::NONE;
+use crate::grid::{Grid, Shared, clear_window, see_heat};
+use crate::kernel::edge;
 use crate::step::Setting;
-use crate::tensor;
+use crate::store::{Group, Site, Store};
+use crate::task::{Crew, Desk, Task};
+use crate::transfer::{By, Square, gather, spread};
+use hvi_kit::lanes::Eight;
 
-/// Node fields of the pass, kept between steps for their memory.
-#[derive(Default)]
-pub struct Conduction {
-    /// Sums over a material's particles by node: mass, mass e, mass alpha; `[node * materials + material]`.
-    nodes: Vec<[f64; 3]>,
-    /// Nodes that conduct.
-    active: Vec<bool>,
+/// Adds to each particle's heat what it gains in a step of `dt` [s].
+pub fn conduct<const D: usize>(
+    store: &mut Store<D>,
+    grid: &mut Grid<D>,
+    setting: &Setting<D>,
+    dt: f64,
+    crew: &mut Crew,
+) {
+    if !mark(store, grid.blocks()) {
+        return;
+    }
+    let mut heat = std::mem::take(&mut grid.heat);
+    let fields = heat.iter_mut().map(|field| Shared::new(field)).collect();
+    crew.each(store, setting, &Give { setting, fields, dt });
+    grid.heat = heat;
+    grid.fold_heat();
+    crew.each(store, setting, &Take { setting, grid });
 }
 
-impl Conduction {
-    /// Fills in each particle's gain [J] in a step of `dt` [s].
-    pub fn conduct<const D: usize>(
-        &mut self,
-        particles: &[Particle<D>],
-        work: &mut [Work<D>],
-        grid: &Grid<D>,
-        setting: &Setting<D>,
-        dt: f64,
-    ) {
-        let materials = setting.laws.len();
-        self.active.clear();
-        self.active.resize(grid.nodes.len(), false);
-        let share = |p: &Particle<D>, w: &Work<D>| {
-            let divergence = tensor::trace(&w.gradient_at_start(p, setting));
-            if w.alone || p.is_open() { 0.0 } else { (-setting.method.conduction * dt * divergence).max(0.0) }
-        };
-        let mut any = false;
-        for (p, w) in particles.iter().zip(work.iter_mut()) {
-            w.conducted = share(p, w);
-            if w.conducted > 0.0 {
-                any = true;
-                grid.stencil(w.slot).iter().for_each(|&n| self.active[n as usize] = true);
-            }
-        }
-        if !any {
+/// Has all blocks take part that share a node block with one in which matter is compressed; whether there are any.
+fn mark<const D: usize>(store: &mut Store<D>, blocks: usize) -> bool {
+    let mut active = vec![false; blocks];
+    for site in store.sites.iter().flatten().filter(|site| site.conducts) {
+        homes(site).for_each(|home| active[home as usize] = true);
+    }
+    for site in store.sites.iter_mut().flatten() {
+        let takes_part = homes(site).any(|home| active[home as usize]);
+        site.conducts = takes_part;
+    }
+    active.contains(&true)
+}
+
+/// Node blocks that a block of particles touches.
+fn homes<const D: usize>(site: &Site<D>) -> impl Iterator<Item = u32> {
+    let needed =
+        |corner: &usize| (0..D).all(|d| corner >> d & 1 == 0 || site.touched[d + 3 - D][1] as usize > edge::<D>());
+    (0..1usize << D).filter(needed).map(|corner| site.homes[corner])
+}
+
+/// Sums over particles: mass, heat, share.
+struct Give<'a, const D: usize> {
+    setting: &'a Setting<D>,
+    fields: Vec<Shared<'a>>,
+    dt: f64,
+}
+
+impl<const D: usize> Task<D> for Give<'_, D> {
+    const EACH_WIDTH: bool = true;
+
+    #[inline(always)]
+    fn run<R: Eight, const N: usize>(&self, site: &mut Site<D>, desk: &mut Desk) {
+        if !site.conducts {
             return;
         }
-        self.nodes.clear();
-        self.nodes.resize(grid.nodes.len() * materials, [0.0; 3]);
-        let touched = |w: &Work<D>| grid.stencil(w.slot).iter().any(|&n| self.active[n as usize]);
-        let taking_part: Vec<usize> = (0..work.len()).filter(|&i| touched(&work[i])).collect();
-        for &i in &taking_part {
-            let (p, w) = (&particles[i], &work[i]);
-            let material = setting.material(p.body);
-            let heat = setting.laws[material].thermal_energy(p);
-            each_weight(w, setting.cell, grid, |node, weight| {
-                let sums = &mut self.nodes[node * materials + material];
-                let m = p.mass * weight;
-                sums[0] += m;
-                sums[1] += m * heat;
-                sums[2] += m * w.conducted;
-            });
-        }
-        for &(front, behind) in grid.images.iter().flatten() {
-            for k in 0..materials {
-                let (a, b) = (front as usize * materials + k, behind as usize * materials + k);
-                let sum = std::array::from_fn(|c| self.nodes[a][c] + self.nodes[b][c]);
-                (self.nodes[a], self.nodes[b]) = (sum, sum);
+        let Desk { lines, windows, quads, .. } = desk;
+        let (setting, origin) = (self.setting, site.origin());
+        for (material, field) in self.fields.iter().enumerate() {
+            let own = |group: &&Group<D>| setting.material(group.body) == material;
+            if !site.groups.iter().any(|group| own(&group)) {
+                continue;
             }
-        }
-        for &i in &taking_part {
-            let (p, material) = (&particles[i], setting.material(particles[i].body));
-            let heat = setting.laws[material].thermal_energy(p);
-            let mut gain = 0.0;
-            each_weight(&work[i], setting.cell, grid, |node, weight| {
-                let [mass, energy, share] = self.nodes[node * materials + material];
-                if share > 0.0 {
-                    gain += weight * (share / mass).min(1.0) * (energy / mass - heat);
+            clear_window(site, &mut windows[0]);
+            for group in site.groups.iter().filter(own) {
+                for (k, pack) in group.packs.iter().enumerate() {
+                    lines.fill::<R, D, N>(&pack.position, &origin, setting.method.kernel, setting.cell);
+                    let m = pack.matter.load::<R>();
+                    let closed = R::of(1.0) - m.open();
+                    let share = m.divergence.times(-setting.method.conduction * self.dt).at_least(0.0) * closed;
+                    let heat = setting.laws[material].thermal_energy(m.ratio, m.energy);
+                    R::transposed([m.mass, m.mass * heat, m.mass * share, R::of(0.0)], &mut quads[0]);
+                    for lane in 0..group.live(k) {
+                        spread::<R, D, N, false>(&mut windows[0], lines, lane, By::Moment, &quads[0], &NONE);
+                    }
                 }
-            });
-            work[i].conducted = p.mass * gain;
+            }
+            // SAFETY: passes do blocks of one colour at a time, and those share no node.
+            unsafe { field.add(site, &windows[0]) };
         }
     }
 }
 
-/// Every node of a particle, with its weight.
-#[inline(always)]
-fn each_weight<const D: usize>(w: &Work<D>, cell: f64, grid: &Grid<D>, mut visit: impl FnMut(usize, f64)) {
-    let nodes = grid.stencil(w.slot);
-    for row in 0..Stencil::<D>::ROWS {
-        let r = w.stencil.row(row, cell);
-        for k in 0..4 {
-            visit(nodes[4 * row + k] as usize, r.weight * w.stencil.weight[D - 1][k]);
+/// Means over nodes, back to the particles.
+struct Take<'a, const D: usize> {
+    setting: &'a Setting<D>,
+    grid: &'a Grid<D>,
+}
+
+impl<const D: usize> Task<D> for Take<'_, D> {
+    const EACH_WIDTH: bool = true;
+
+    #[inline(always)]
+    fn run<R: Eight, const N: usize>(&self, site: &mut Site<D>, desk: &mut Desk) {
+        if !site.conducts {
+            return;
+        }
+        let Desk { lines, windows, quads, sums, .. } = desk;
+        let (setting, origin) = (self.setting, site.origin());
+        for (material, field) in self.grid.heat.iter().enumerate() {
+            if !site.groups.iter().any(|group| setting.material(group.body) == material) {
+                continue;
+            }
+            see_heat(site, field, &mut windows[0]);
+            for group in site.groups.iter_mut().filter(|group| setting.material(group.body) == material) {
+                for k in 0..group.packs.len() {
+                    let live = group.live(k);
+                    let pack = &mut group.packs[k];
+                    lines.fill::<R, D, N>(&pack.position, &origin, setting.method.kernel, setting.cell);
+                    quads[0] = [[0.0; 4]; 8];
+                    sums[0].mean = [[0.0; 4]; 8];
+                    for lane in 0..live {
+                        let (window, nothing) = (&windows[0], Square::Nothing);
+                        gather::<R, D, N>(window, lines, lane, By::Moment, nothing, &quads[0], &NONE, &mut sums[0]);
+                    }
+                    let [share, gain, ..] = R::columns(&sums[0].mean);
+                    let m = pack.matter.load::<R>();
+                    let heat = setting.laws[material].thermal_energy(m.ratio, m.energy);
+                    let gain = m.mass * (gain - share * heat);
+                    let gain = gain.where_less(R::of(0.0), share, R::of(0.0));
+                    (R::load(&pack.heat) + gain).store(&mut pack.heat);
+                }
+            }
         }
     }
 }

@@ -4,12 +4,13 @@
 //! it, and across it as far as Coulomb friction goes; where they draw apart nothing acts (S. G. Bardenhagen, J. E. Guilkey,
 //! K. M. Roessig, J. U. Brackbill, W. M. Witzel and J. C. Foster, CMES 2, 509 (2001)). The normal is that of the difference of the two
 //! mass gradients, the same for both, so that momentum is exact. Work done at the contact becomes heat of the particles there.
-use crate::grid::{Grid, Node};
-use crate::grid_update;
-use crate::kernel::Stencil;
-use crate::p2g::Work;
-use crate::particle::Particle;
+use crate::g2p::NONE;
+use crate::grid::{Grid, Node, Shared, clear_window, see_scalar};
 use crate::step::Setting;
+use crate::store::{Site, Store};
+use crate::task::{Crew, Desk, Task};
+use crate::transfer::{By, Square, gather, spread};
+use hvi_kit::lanes::Eight;
 
 /// Nodes that two bodies share, kept between steps for their memory.
 #[derive(Default)]
@@ -21,85 +22,75 @@ pub struct Contact<const D: usize> {
 }
 
 impl<const D: usize> Contact<D> {
-    /// Finds the shared nodes heavier than `cut` [kg] and their normals; the nodes' `next` fields are used and left at zero.
-    pub fn find(
-        &mut self,
-        particles: &[Particle<D>],
-        work: &[Work<D>],
-        grid: &mut Grid<D>,
-        setting: &Setting<D>,
-        cut: f64,
-    ) {
-        for (p, w) in particles.iter().zip(work) {
-            let s = &w.stencil;
-            for row in 0..Stencil::<D>::ROWS {
-                let r = s.row(row, setting.cell);
-                for k in 0..4 {
-                    let node = grid.at(w.slot, 4 * row + k);
-                    for d in 0..D - 1 {
-                        node.next[d] += p.mass * r.slope[d] * s.weight[D - 1][k];
-                    }
-                    node.next[D - 1] += p.mass * r.weight * s.slope[D - 1][k];
-                }
-            }
-        }
-        grid_update::means(grid, cut);
+    /// Finds the shared nodes heavier than `cut` [kg] and their normals; the field of forces is used and left at zero.
+    pub fn find(&mut self, store: &mut Store<D>, grid: &mut Grid<D>, setting: &Setting<D>, cut: f64, crew: &mut Crew) {
+        crew.each(store, setting, &Slopes { setting, field: Shared::new(&mut grid.force) });
+        grid.fold_force();
         self.pairs.clear();
         for (a, b) in grid.shared() {
-            let (first, second) = (grid.nodes[a as usize], grid.nodes[b as usize]);
-            if first.mass <= cut || second.mass <= cut {
+            if grid.start[a as usize][0] <= cut || grid.start[b as usize][0] <= cut {
                 continue;
             }
+            let (first, second) = (grid.force[a as usize], grid.force[b as usize]);
             // The slope of a weight at the particle is minus its slope at the node: this points from the first to the second.
-            let across: [f64; D] = std::array::from_fn(|d| first.next[d] * first.mass - second.next[d] * second.mass);
+            let across: [f64; D] = std::array::from_fn(|d| first[d + 1] - second[d + 1]);
             let size = across.iter().map(|x| x * x).sum::<f64>().sqrt();
             if size > 0.0 {
                 self.pairs.push((a, b, across.map(|x| x / size)));
             }
         }
         self.heat.clear();
-        self.heat.resize(grid.nodes.len(), 0.0);
-        grid.nodes.iter_mut().for_each(|n| n.next = [0.0; D]);
+        self.heat.resize(grid.start.len(), 0.0);
+        grid.force.fill([0.0; 4]);
     }
 
     /// Joins the velocities at the start of the step. What this takes of motion beyond the transfer's own heat is booked.
     pub fn meet(&mut self, grid: &mut Grid<D>, friction: f64) {
         for k in 0..self.pairs.len() {
             let (a, b, normal) = self.pairs[k];
-            let (first, second) = (grid.nodes[a as usize], grid.nodes[b as usize]);
-            let (u, v) = join(first.velocity, first.mass, second.velocity, second.mass, &normal, friction);
+            let (first, second) = (grid.start[a as usize], grid.start[b as usize]);
+            let (m, n) = (first[0], second[0]);
+            let (before, other) = (velocity(&first), velocity(&second));
+            let (u, v) = join(before, m, other, n, &normal, friction);
             // Kinetic energy lost, less m/2 |change|^2, which the transfer's heat has already.
             let mut heat = 0.0;
             for d in 0..D {
-                heat +=
-                    first.mass * u[d] * (first.velocity[d] - u[d]) + second.mass * v[d] * (second.velocity[d] - v[d]);
+                heat += m * u[d] * (before[d] - u[d]) + n * v[d] * (other[d] - v[d]);
+                grid.start[a as usize][d + 1] = m * u[d];
+                grid.start[b as usize][d + 1] = n * v[d];
             }
-            (grid.nodes[a as usize].velocity, grid.nodes[b as usize].velocity) = (u, v);
-            self.book(a, b, heat / (first.mass + second.mass));
+            self.book(a, b, heat / (m + n));
         }
-        self.mirror(grid, |node| &mut node.velocity);
+        grid.reflect_start();
+        self.mirror(grid);
     }
 
-    /// Joins the velocities at the end of the step; the impulses' work at the middle of it is booked.
-    pub fn part(&mut self, grid: &mut Grid<D>, friction: f64) {
+    /// Joins the velocities at the end of a step of `dt` [s] by forces; the impulses' work at the middle of it is booked.
+    pub fn part(&mut self, grid: &mut Grid<D>, friction: f64, dt: f64) {
         for k in 0..self.pairs.len() {
             let (a, b, normal) = self.pairs[k];
-            let (first, second) = (grid.nodes[a as usize], grid.nodes[b as usize]);
-            let (u, v) = join(first.next, first.mass, second.next, second.mass, &normal, friction);
+            let (first, second) = (grid.start[a as usize], grid.start[b as usize]);
+            let (m, n) = (first[0], second[0]);
+            let (before, other): ([f64; D], [f64; D]) = (velocity(&first), velocity(&second));
+            let force = |node: u32, d: usize| grid.force[node as usize][d + 1];
+            let next = std::array::from_fn(|d| before[d] + dt * force(a, d) / m);
+            let second_next = std::array::from_fn(|d| other[d] + dt * force(b, d) / n);
+            let (u, v) = join(next, m, second_next, n, &normal, friction);
             let mut heat = 0.0;
             for d in 0..D {
-                let impulse = first.mass * (u[d] - first.next[d]);
-                heat -= 0.5 * impulse * (u[d] + first.velocity[d] - v[d] - second.velocity[d]);
+                let impulse = m * (u[d] - next[d]);
+                heat -= 0.5 * impulse * (u[d] + before[d] - v[d] - other[d]);
+                grid.force[a as usize][d + 1] += impulse / dt;
+                grid.force[b as usize][d + 1] -= impulse / dt;
             }
-            (grid.nodes[a as usize].next, grid.nodes[b as usize].next) = (u, v);
-            self.book(a, b, heat / (first.mass + second.mass));
+            self.book(a, b, heat / (m + n));
         }
-        self.mirror(grid, |node| &mut node.next);
+        grid.reflect_force();
+        self.mirror(grid);
     }
 
     /// Behind a mirror everything is the image of what is in front: there a body may have no nodes of its own to pair with.
-    fn mirror(&mut self, grid: &mut Grid<D>, field: impl Fn(&mut Node<D>) -> &mut [f64; D]) {
-        grid_update::reflect(grid, field);
+    fn mirror(&mut self, grid: &Grid<D>) {
         for &(front, behind) in grid.images.iter().flatten() {
             self.heat[behind as usize] = self.heat[front as usize];
         }
@@ -110,21 +101,74 @@ impl<const D: usize> Contact<D> {
         self.heat[b as usize] += heat;
     }
 
-    /// Adds each particle's share of the contacts' heat to its `conducted` [J].
-    pub fn warm(&self, particles: &[Particle<D>], work: &mut [Work<D>], grid: &Grid<D>, cell: f64) {
-        if self.pairs.is_empty() {
-            return;
+    /// Adds each particle's share of the contacts' heat to its own.
+    pub fn warm(&self, store: &mut Store<D>, setting: &Setting<D>, crew: &mut Crew) {
+        if !self.pairs.is_empty() {
+            crew.each(store, setting, &Warm { setting, heat: &self.heat });
         }
-        for (p, w) in particles.iter().zip(work) {
-            let nodes = grid.stencil(w.slot);
-            let mut heat = 0.0;
-            for row in 0..Stencil::<D>::ROWS {
-                let r = w.stencil.row(row, cell);
-                for k in 0..4 {
-                    heat += r.weight * w.stencil.weight[D - 1][k] * self.heat[nodes[4 * row + k] as usize];
+    }
+}
+
+fn velocity<const D: usize>(node: &Node) -> [f64; D] {
+    std::array::from_fn(|d| node[d + 1] / node[0])
+}
+
+/// Sums of mass times the slope of the weights.
+struct Slopes<'a, const D: usize> {
+    setting: &'a Setting<D>,
+    field: Shared<'a>,
+}
+
+impl<const D: usize> Task<D> for Slopes<'_, D> {
+    #[inline(always)]
+    fn run<R: Eight, const N: usize>(&self, site: &mut Site<D>, desk: &mut Desk) {
+        let Desk { lines, windows, quads, .. } = desk;
+        let [constant, columns @ ..] = quads;
+        *constant = [[0.0; 4]; 8];
+        clear_window(site, &mut windows[0]);
+        let origin = site.origin();
+        for group in &site.groups {
+            for (k, pack) in group.packs.iter().enumerate() {
+                lines.fill::<R, D, N>(&pack.position, &origin, self.setting.method.kernel, self.setting.cell);
+                for d in 0..D {
+                    let mut only = [R::of(0.0); 4];
+                    only[d + 1] = R::load(&pack.matter.mass);
+                    R::transposed(only, &mut columns[d + 3 - D]);
+                }
+                for lane in 0..group.live(k) {
+                    spread::<R, D, N, true>(&mut windows[0], lines, lane, By::Slope, constant, columns);
                 }
             }
-            w.conducted += p.mass * heat;
+        }
+        // SAFETY: passes do blocks of one colour at a time, and those share no node.
+        unsafe { self.field.add(site, &windows[0]) };
+    }
+}
+
+/// Heat of the nodes to the particles.
+struct Warm<'a, const D: usize> {
+    setting: &'a Setting<D>,
+    heat: &'a [f64],
+}
+
+impl<const D: usize> Task<D> for Warm<'_, D> {
+    #[inline(always)]
+    fn run<R: Eight, const N: usize>(&self, site: &mut Site<D>, desk: &mut Desk) {
+        let Desk { lines, windows, quads, sums, .. } = desk;
+        quads[0] = [[0.0; 4]; 8];
+        see_scalar(site, self.heat, &mut windows[0]);
+        let origin = site.origin();
+        for group in &mut site.groups {
+            for k in 0..group.packs.len() {
+                let live = group.live(k);
+                let pack = &mut group.packs[k];
+                lines.fill::<R, D, N>(&pack.position, &origin, self.setting.method.kernel, self.setting.cell);
+                for lane in 0..live {
+                    let (window, nothing) = (&windows[0], Square::Nothing);
+                    gather::<R, D, N>(window, lines, lane, By::Moment, nothing, &quads[0], &NONE, &mut sums[0]);
+                    pack.heat[lane] += pack.matter.mass[lane] * sums[0].mean[lane][0];
+                }
+            }
         }
     }
 }

@@ -23,8 +23,8 @@ pub fn check_drift<const D: usize>(
         return Ok(());
     }
     let moment = setting.method.moment(setting.cell);
-    let specific = |p: &&Particle<D>| p.energy + p.kinetic(moment) / p.mass;
-    let hottest = state.particles.iter().max_by(|a, b| specific(a).total_cmp(&specific(b)));
+    let specific = |p: &Particle<D>| p.energy + p.kinetic(moment) / p.mass;
+    let hottest = state.particles().max_by(|a, b| specific(a).total_cmp(&specific(b)));
     Err(StageError::physics(format_args!(
         "step {}, {:.4} us: energy has drifted by {:.2e} of the start's, {DRIFT:.0e} is allowed, and by {:.2e} of it since step {}, \
          {:.4} us. {}. The highest specific energy is that of {}. Nothing of the method makes or loses energy: this is a fault of \
@@ -36,7 +36,7 @@ pub fn check_drift<const D: usize>(
         before.step,
         before.time * 1e6,
         cause(before, last, state.totals.limited, setting),
-        hottest.map_or("no particle".into(), |p| place(p, bodies)),
+        hottest.map_or("no particle".into(), |p| place(&p, bodies)),
         setting.cfl
     )))
 }
@@ -86,27 +86,20 @@ pub fn crossed(crossing: &Crossing) -> StageError {
 
 /// Says where and what, and what to do.
 pub fn stopped<const D: usize>(stop: &Stop, state: &State<D>, setting: &Setting<D>, bodies: &[Body]) -> StageError {
-    let (i, what) = match *stop {
-        Stop::Lost(i) => (i, "its position is not within 5e8 cells of the origin".to_string()),
-        Stop::NotFinite(i) => {
-            let p = &state.particles[i];
-            (
-                i,
-                format!(
-                    "energy {:e} J/kg, V/V0 {:.4e}, pressure {:e} Pa must all be finite",
-                    p.energy, p.ratio, p.pressure
-                ),
-            )
-        }
-        Stop::Collapsed(i, dt) => {
-            (i, format!("it asks for a time step of {dt:.2e} s, at least {:.2e} s is allowed", 1e-3 * state.first_dt))
-        }
+    let (id, what) = match *stop {
+        Stop::Lost(id) => (id, "its position is not within 5e8 cells of the origin"),
+        Stop::NotFinite(id) => (id, "energy, V/V0 and pressure must all be finite"),
+        Stop::Collapsed(id, dt) => (
+            id,
+            &*format!("it asks for a time step of {dt:.2e} s, at least {:.2e} s is allowed", 1e-3 * state.first_dt),
+        ),
     };
+    let found = state.particles().find(|p| p.id == id);
     StageError::physics(format_args!(
         "step {}, {:.4} us: {}: {what}; try a smaller cfl, or a different number of cells ({:.4} mm now)",
         state.steps,
         state.time * 1e6,
-        place(&state.particles[i], bodies),
+        found.map_or_else(|| format!("particle {id}"), |p| place(&p, bodies)),
         setting.cell * 1e3
     ))
 }

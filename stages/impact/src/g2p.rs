@@ -1,179 +1,325 @@
 //! Grid to particles: velocity, affine field and position (step 4 of the method), then volume, stress, energy and
 //! equation of state (steps 5 to 7).
-use crate::grid::Grid;
-use crate::kernel::Stencil;
-use crate::material::{Booked, Law};
+use crate::grid::{Grid, see_end};
+use crate::material::{Answer, HalfStep, Law};
 use crate::method::{Scheme, Transfer};
-use crate::p2g::{Sums, Work, full_gradient};
-use crate::particle::Particle;
-use crate::step::{Setting, Totals};
-use crate::xpic;
+use crate::p2g::full_gradient;
+use crate::pack::Pack;
+use crate::particle::Matter;
+use crate::step::{Booked, Setting};
+use crate::store::{Group, Site};
+use crate::task::{Desk, Task};
+use crate::transfer::{By, Square, Sums, gather};
+use hvi_kit::lanes::{Eight, Instructions, Quads};
 
-/// Updates all particles by the end-of-step velocities on the grid; returns the first that went wrong.
-pub fn update<const D: usize>(
-    particles: &mut [Particle<D>],
-    work: &[Work<D>],
-    grid: &Grid<D>,
-    setting: &Setting<D>,
-    dt: f64,
-    totals: &mut Totals,
-) -> Option<usize> {
-    let mut wrong = None;
-    for (i, (p, w)) in particles.iter_mut().zip(work).enumerate() {
-        let sums = gather_end(p, w, grid, setting.cell);
-        // The middle of the step: half of both gradients, half of both velocities.
-        let mut mean = [[0.0; D]; D];
-        let mut velocity = [0.0; D];
-        for c in 0..D {
-            for d in 0..D {
-                mean[c][d] = 0.5 * (w.gradient[c][d] + sums.gradient[c][d]);
+/// Updates all particles by the velocities on the grid at the end and the middle of the step.
+pub struct Update<'a, const D: usize> {
+    /// The run's setting.
+    pub setting: &'a Setting<D>,
+    /// Masses, momenta, forces.
+    pub grid: &'a Grid<D>,
+    /// Nodes of no more than this mass [kg] stand still.
+    pub cut: f64,
+    /// Time step [s].
+    pub dt: f64,
+}
+
+/// No affine field.
+pub const NONE: [Quads; 3] = [[[0.0; 4]; 8]; 3];
+
+/// Sums over the particles of a block, in lanes: see [`Booked`].
+struct Accounts<R> {
+    transfer: R,
+    viscous: R,
+    floored: R,
+    limited: R,
+}
+
+impl<const D: usize> Task<D> for Update<'_, D> {
+    const EACH_WIDTH: bool = true;
+
+    #[inline(always)]
+    fn run<R: Eight, const N: usize>(&self, site: &mut Site<D>, desk: &mut Desk) {
+        let method = &self.setting.method;
+        let affine = method.transfer == Transfer::Apic;
+        let [end, middle] = &mut *desk.windows;
+        see_end(site, self.grid, self.cut, self.dt, !affine, end, middle);
+        let origin = site.origin();
+        let zero = R::of(0.0);
+        let mut accounts = Accounts { transfer: zero, viscous: zero, floored: zero, limited: zero };
+        for group in &mut site.groups {
+            let law = &self.setting.laws[group.body as usize];
+            if method.scheme.deforms_last() {
+                group.extra.resize(group.packs.len(), [[0.0; 8]; D]);
             }
-            velocity[c] = p.velocity[c] + 0.5 * (w.drift[c] + sums.mean[c]);
+            for k in 0..group.packs.len() {
+                let live = group.live(k);
+                let Desk { lines, windows, sums, quads, .. } = &mut *desk;
+                let pack = &mut group.packs[k];
+                lines.fill::<R, D, N>(&pack.position, &origin, method.kernel, self.setting.cell);
+                let [end, middle] = &mut *sums;
+                if live < 8 {
+                    (*end, *middle) = (Sums::NONE, Sums::NONE);
+                }
+                let [own, still, ..] = quads;
+                pack.velocity_quads(R::of(0.0), R::of(1.0), own);
+                *still = [[0.0; 4]; 8];
+                // Of velocities the sums leave the particle's own out, of their change nothing.
+                let shift = if affine { &*own } else { &*still };
+                let none = &NONE;
+                for lane in 0..live {
+                    gather::<R, D, N>(&windows[0], lines, lane, By::Moment, Square::Field, shift, none, end);
+                    gather::<R, D, N>(&windows[1], lines, lane, By::Slope, Square::Nothing, own, none, middle);
+                }
+                let extra = group.extra.get_mut(k);
+                self.advance::<R>(pack, extra, live, law, sums, &mut accounts);
+            }
+            evaluate::<R, D>(group, law, self.setting.instructions, desk);
+            book_extremes::<R, D>(group, &mut site.booked);
         }
-        let radius = w.radius;
-        let start = p.velocity[D.min(2) - 1] + w.drift[D.min(2) - 1];
-        let l = full_gradient(&mean, velocity[D.min(2) - 1], radius, setting);
-        let moment = setting.method.moment(setting.cell);
+        site.booked.transfer = accounts.transfer.sum();
+        site.booked.viscous = accounts.viscous.sum();
+        site.booked.floored = accounts.floored.sum();
+        site.booked.limited += accounts.limited.sum() as u64;
+    }
+}
+
+impl<const D: usize> Update<'_, D> {
+    /// Motion, then work and deformation of a pack; its equation of state is left to be asked.
+    #[inline(always)]
+    fn advance<R: Eight>(
+        &self,
+        pack: &mut Pack<D>,
+        extra: Option<&mut [[f64; 8]; D]>,
+        live: usize,
+        law: &Law,
+        at: &[Sums; 2],
+        accounts: &mut Accounts<R>,
+    ) {
+        let (setting, zero, one) = (self.setting, R::of(0.0), R::of(1.0));
+        let scheme = setting.method.scheme;
+        let across = D.min(2) - 1;
+        let radius = R::load(&pack.position[across]);
+        let mut velocity = [zero; D];
+        let mean = R::columns(&at[1].mean);
+        for c in 0..D {
+            velocity[c] = R::load(&pack.velocity[c]) + mean[c + 1];
+        }
+        let l = full_gradient::<R, D>(&at[1], velocity[across], radius, setting);
+        let mut m = pack.matter.load::<R>();
+        let alone = R::load(&pack.alone);
+        let shared = one - alone;
+        let mut stress = HalfStep {
+            pressure: R::load(&pack.half_pressure),
+            viscous: law.viscosity(&m, m.divergence, setting.cell) * shared,
+            deviator: [zero; 6],
+            limited: zero,
+        };
+        for k in 0..6 {
+            stress.deviator[k] = R::load(&pack.half_deviator[k]);
+        }
+        if scheme == Scheme::Midpoint {
+            stress.limited = law.limited(&m, m.divergence, self.dt);
+        }
         let heat = match setting.method.transfer {
-            Transfer::Apic => {
-                let heat = w.heat + returned(p, &sums, moment);
-                adopt(p, &sums, moment);
-                heat
-            }
-            Transfer::Flip | Transfer::Xpic { .. } => xpic::transfer(p, w, grid, setting),
+            Transfer::Apic => self.adopt::<R>(pack, &m, &at[0]),
+            Transfer::Flip | Transfer::Xpic { .. } => self.accelerate::<R>(pack, &m, extra.as_deref(), &at[0]),
         };
-        for d in 0..D {
-            p.position[d] += dt * velocity[d];
-        }
-        p.alone = w.alone;
-        let gained = heat + w.conducted;
-        let law = &setting.laws[p.body as usize];
-        let booked = match setting.method.scheme {
-            _ if w.alone => Law::fly(p, gained),
-            Scheme::Midpoint => law.advance(p, &w.stress, &l, gained, dt),
-            Scheme::Usf | Scheme::Musl => {
-                let booked = Law::work(p, &w.stress, &l, gained, dt);
-                law.evaluate(p);
-                Booked { limited: w.stress.limited, ..booked }
+        match extra {
+            Some(way) if scheme.deforms_last() => {
+                for d in 0..D {
+                    velocity[d].times(self.dt).store(&mut way[d]);
+                }
             }
-            Scheme::Usl => {
-                let end = full_gradient(&sums.gradient, 2.0 * velocity[D.min(2) - 1] - start, radius, setting);
-                let booked = Law::work(p, &w.stress, &l, gained, dt);
-                let limited = law.deform(p, &end, dt);
-                law.evaluate(p);
-                Booked { limited, ..booked }
+            _ => {
+                for d in 0..D {
+                    (R::load(&pack.position[d]) + velocity[d].times(self.dt)).store(&mut pack.position[d]);
+                }
             }
-        };
-        if setting.method.scheme != Scheme::Musl {
-            reflect(p, &setting.mirrors);
         }
-        totals.transfer += heat;
-        totals.viscous += booked.viscous;
-        totals.floored += booked.floored;
-        totals.limited += booked.limited as u64;
-        if p.pressure > totals.highest_pressure {
-            totals.highest_pressure = p.pressure;
+        let old = m;
+        let mut gain = Law::work(&mut m, &stress, &l, heat, self.dt);
+        let mut limited = stress.limited;
+        if scheme == Scheme::Midpoint {
+            limited = limited.max(law.deform(&mut m, &l, self.dt));
         }
-        if p.ratio < totals.least_ratio {
-            totals.least_ratio = p.ratio;
+        if zero.any_less(alone) {
+            // Alone it keeps its state; the heat of its transfer is no more than rounding.
+            let mut kept = Matter { divergence: zero, ..old };
+            kept.energy = old.energy + heat / old.mass;
+            let floored = (zero - kept.energy * kept.mass).at_least(0.0);
+            kept.energy = kept.energy.at_least(0.0).where_less(kept.energy, R::of(f64::INFINITY), kept.energy);
+            keep_where_alone(&mut m, &kept, zero, shared);
+            gain.floored = gain.floored.where_less(zero, shared, floored);
+            gain.viscous = gain.viscous * shared;
+            limited = limited * shared;
         }
-        if !(p.energy + p.ratio + p.pressure).is_finite() && wrong.is_none() {
-            wrong = Some(i);
+        pack.matter.store(&m);
+        if !scheme.deforms_last() {
+            reflect::<R, D>(pack, &setting.mirrors);
         }
+        let counted = counted::<R>(live);
+        accounts.transfer = heat.fused(counted, accounts.transfer);
+        accounts.viscous = gain.viscous.fused(counted, accounts.viscous);
+        accounts.floored = gain.floored.fused(counted, accounts.floored);
+        accounts.limited = limited.fused(counted, accounts.limited);
     }
-    wrong
-}
 
-/// Sums of `u = v_i + dt a_i - v`: the shift by the particle's own velocity keeps small differences exact.
-#[inline(always)]
-pub fn gather_end<const D: usize>(p: &Particle<D>, w: &Work<D>, grid: &Grid<D>, cell: f64) -> Sums<D> {
-    let (s, last) = (&w.stencil, D - 1);
-    let nodes = grid.stencil(w.slot);
-    let mut sums = Sums::<D>::zero();
-    for row in 0..Stencil::<D>::ROWS {
-        let r = s.row(row, cell);
-        let (mut mean, mut slope, mut moment, mut square) = ([0.0; D], [0.0; D], [0.0; D], 0.0);
-        for k in 0..4 {
-            let node = &grid.nodes[nodes[4 * row + k] as usize];
-            let (weight, gradient) = (s.weight[last][k], s.slope[last][k]);
-            let offset = weight * (s.corner[last] + k as f64 * cell);
-            let mut size = 0.0;
-            for c in 0..D {
-                let u = node.next[c] - p.velocity[c];
-                mean[c] += weight * u;
-                slope[c] += gradient * u;
-                moment[c] += offset * u;
-                size += u * u;
-            }
-            square += weight * size;
-        }
+    /// Takes over velocity and affine field `C = B / D`; what motion on the grid the particle can't hold,
+    /// `m/2 [sum w |u|^2 - |mean u|^2 - D |C|^2]`, is heat from now on [J].
+    #[inline(always)]
+    fn adopt<R: Eight>(&self, pack: &mut Pack<D>, m: &Matter<R>, at: &Sums) -> R {
+        let per_moment = 1.0 / self.setting.method.moment(self.setting.cell);
+        let mut held = R::of(0.0);
+        let mean = R::columns(&at.mean);
         for c in 0..D {
-            let weighted = r.weight * mean[c];
-            sums.mean[c] += weighted;
-            for d in 0..last {
-                sums.gradient[c][d] += r.slope[d] * mean[c];
-                sums.moment[c][d] += r.offset[d] * weighted;
-            }
-            sums.gradient[c][last] += r.weight * slope[c];
-            sums.moment[c][last] += r.weight * moment[c];
+            held = mean[c + 1].fused(mean[c + 1], held);
+            (R::load(&pack.velocity[c]) + mean[c + 1]).store(&mut pack.velocity[c]);
         }
-        sums.square += r.weight * square;
-    }
-    sums
-}
-
-/// Motion on the grid that the particle can't hold: `m/2 [sum w |u|^2 - |mean u|^2 - D |C|^2]` [J], heat from now on.
-#[inline(always)]
-fn returned<const D: usize>(p: &Particle<D>, sums: &Sums<D>, moment: f64) -> f64 {
-    let mut held = 0.0;
-    let per_moment = 1.0 / moment;
-    for c in 0..D {
-        held += sums.mean[c] * sums.mean[c];
         for d in 0..D {
-            held += sums.moment[c][d] * sums.moment[c][d] * per_moment;
+            let moment = R::columns(&at.linear[d + 3 - D]);
+            for c in 0..D {
+                let affine = moment[c + 1].times(per_moment);
+                held = moment[c + 1].fused(affine, held);
+                affine.store(&mut pack.affine[c][d]);
+            }
         }
+        let [_, x, y, z] = R::columns(&at.square);
+        R::load(&pack.heat) + (m.mass * (x + y + z - held)).times(0.5)
     }
-    0.5 * p.mass * (sums.square - held)
+
+    /// Adds the grid's change of velocity less what is damped; returns the heat [J]: what was damped, and the grid's motion that the
+    /// particle can't hold, `m/2 (sum w |dt a_i|^2 - |dt a_p|^2)`.
+    #[inline(always)]
+    fn accelerate<R: Eight>(&self, pack: &mut Pack<D>, m: &Matter<R>, damped: Option<&[[f64; 8]; D]>, at: &Sums) -> R {
+        let damped = damped.filter(|_| self.setting.method.transfer != Transfer::Flip);
+        let [_, x, y, z] = R::columns(&at.square);
+        let mut heat = (x + y + z).times(0.5);
+        let mean = R::columns(&at.mean);
+        for c in 0..D {
+            let gained = mean[c + 1];
+            heat = heat - (gained * gained).times(0.5);
+            let mut velocity = R::load(&pack.velocity[c]) + gained;
+            if let Some(damped) = damped {
+                let damped = R::load(&damped[c]);
+                heat = gained.fused(damped, heat);
+                velocity = velocity - damped;
+            }
+            velocity.store(&mut pack.velocity[c]);
+        }
+        R::load(&pack.heat) + m.mass * heat
+    }
 }
 
-/// Takes over velocity and affine field `C = B / D` from the sums.
+/// `old` where `shared` is not above `least`.
 #[inline(always)]
-fn adopt<const D: usize>(p: &mut Particle<D>, sums: &Sums<D>, moment: f64) {
-    let per_moment = 1.0 / moment;
-    p.affine = sums.moment.map(|row| row.map(|x| x * per_moment));
-    for c in 0..D {
-        p.velocity[c] += sums.mean[c];
+pub fn keep_where_alone<R: Eight>(m: &mut Matter<R>, old: &Matter<R>, least: R, shared: R) {
+    m.ratio = m.ratio.where_less(least, shared, old.ratio);
+    m.energy = m.energy.where_less(least, shared, old.energy);
+    m.plastic_strain = m.plastic_strain.where_less(least, shared, old.plastic_strain);
+    m.damage = m.damage.where_less(least, shared, old.damage);
+    m.hardened = m.hardened.where_less(least, shared, old.hardened);
+    m.divergence = m.divergence.where_less(least, shared, old.divergence);
+    for k in 0..6 {
+        m.stress[k] = m.stress[k].where_less(least, shared, old.stress[k]);
+    }
+}
+
+/// 1 for the first `live` lanes, else 0.
+#[inline(always)]
+pub fn counted<R: Eight>(live: usize) -> R {
+    let mut counted = [0.0; 8];
+    counted[..live].fill(1.0);
+    R::load(&counted)
+}
+
+/// Asks the equation of state for all particles of a group, and has them take it over.
+#[inline(always)]
+pub fn evaluate<R: Eight, const D: usize>(group: &mut Group<D>, law: &Law, set: Instructions, desk: &mut Desk) {
+    let Desk { volume, energy, points, .. } = desk;
+    volume.resize(8 * group.packs.len(), 0.0);
+    energy.resize(8 * group.packs.len(), 0.0);
+    let slots = volume.as_chunks_mut::<8>().0.iter_mut().zip(energy.as_chunks_mut::<8>().0);
+    for (pack, (v, e)) in group.packs.iter().zip(slots) {
+        law.specific_volume(R::load(&pack.matter.ratio)).store(v);
+        *e = pack.matter.energy;
+    }
+    law.answers(set, volume, energy, points);
+    for (k, pack) in group.packs.iter_mut().enumerate() {
+        let mut m = pack.matter.load::<R>();
+        let answer = Answer {
+            pressure: eight(&points.pressure, k),
+            temperature: eight(&points.temperature, k),
+            sound_speed: eight(&points.sound_speed, k),
+            liquid: eight(&points.liquid, k),
+            melting: eight(&points.melting, k),
+        };
+        law.settle(&mut m, &answer);
+        pack.matter.store(&m);
+    }
+}
+
+/// The `k`th eight of an array.
+#[inline(always)]
+fn eight<R: Eight>(from: &[f64], k: usize) -> R {
+    R::load(from[8 * k..].first_chunk().expect("eight more"))
+}
+
+/// Highest pressure, least volume, and whether all numbers are finite.
+#[inline(always)]
+pub fn book_extremes<R: Eight, const D: usize>(group: &Group<D>, booked: &mut Booked) {
+    let infinity = R::of(f64::INFINITY);
+    for (k, pack) in group.packs.iter().enumerate() {
+        let counted = counted::<R>(group.live(k));
+        let zero = R::of(0.0);
+        let m = pack.matter.load::<R>();
+        let pressure = m.pressure().where_less(zero, counted, zero - infinity);
+        let thinness = zero - m.ratio.where_less(zero, counted, infinity);
+        let sum = (m.energy + m.ratio + m.unclamped).size();
+        booked.wrong |= zero.where_less(sum, infinity, counted).sum() > 0.0;
+        booked.highest_pressure = booked.highest_pressure.max(pressure.greatest());
+        booked.least_ratio = booked.least_ratio.min(-thinness.greatest());
     }
 }
 
 /// Shear stresses that a reflection of an axis turns round, as places in xx, yy, zz, xy, yz, xz.
 const SHEARS: [[usize; 2]; 3] = [[3, 5], [3, 4], [4, 5]];
 
-/// Puts a particle that went through a mirror in its image's place; after the stress has taken its step, since the
+/// Puts particles that went through a mirror in their images' places; after the stress has taken its step, since the
 /// velocity gradient of the step is that of the side it came from.
 #[inline(always)]
-pub fn reflect<const D: usize>(p: &mut Particle<D>, mirrors: &[bool; D]) {
+pub fn reflect<R: Eight, const D: usize>(pack: &mut Pack<D>, mirrors: &[bool; D]) {
+    let zero = R::of(0.0);
     for d in 0..D {
-        if mirrors[d] && p.position[d] < 0.0 {
-            p.position[d] = -p.position[d];
-            p.velocity[d] = -p.velocity[d];
+        let place = R::load(&pack.position[d]);
+        if mirrors[d] && place.any_less(zero) {
+            let turn = R::of(-1.0).where_less(place, zero, R::of(1.0));
+            (place * turn).store(&mut pack.position[d]);
+            turned(&mut pack.velocity[d], turn);
             for c in 0..D {
-                p.affine[c][d] = -p.affine[c][d];
-                p.affine[d][c] = -p.affine[d][c];
+                turned(&mut pack.affine[c][d], turn);
+                turned(&mut pack.affine[d][c], turn);
             }
             for k in SHEARS[d] {
-                p.stress[k] = -p.stress[k];
+                turned(&mut pack.matter.stress[k], turn);
             }
         }
     }
 }
 
+#[inline(always)]
+fn turned<R: Eight>(x: &mut [f64; 8], turn: R) {
+    (R::load(x) * turn).store(x);
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::particle::Particle;
+    use hvi_kit::lanes::Plain;
 
     /// `R m R` with `R` the reflection of axis `d`.
-    fn turned(m: [[f64; 3]; 3], d: usize) -> [[f64; 3]; 3] {
+    fn image(m: [[f64; 3]; 3], d: usize) -> [[f64; 3]; 3] {
         let sign = |i: usize| if i == d { -1.0 } else { 1.0 };
         std::array::from_fn(|i| std::array::from_fn(|j| sign(i) * m[i][j] * sign(j)))
     }
@@ -188,58 +334,20 @@ mod tests {
         let mut start = Particle::<3>::new([-0.1, -0.2, -0.3], [-4.0, -5.0, -6.0], 1.0, 1.0, 0, 0);
         start.affine = [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0], [7.0, 8.0, 9.0]];
         start.stress = [1.0, 2.0, -3.0, 4.0, 5.0, 6.0];
+        let mut front = start;
+        front.position = start.position.map(f64::abs);
         for d in 0..3 {
-            let mut p = start;
-            reflect(&mut p, &std::array::from_fn(|k| k == d));
+            let mut pack = Pack::filled(&start);
+            pack.set(5, &front);
+            reflect::<Plain, 3>(&mut pack, &std::array::from_fn(|k| k == d));
+            let p = pack.get(3, 0);
             for k in 0..3 {
                 let sign = if k == d { -1.0 } else { 1.0 };
                 assert_eq!((p.position[k], p.velocity[k]), (sign * start.position[k], sign * start.velocity[k]));
             }
-            assert_eq!(p.affine, turned(start.affine, d));
-            assert_eq!(full(&p.stress), turned(full(&start.stress), d));
-            let mut front = start;
-            front.position = start.position.map(f64::abs);
-            reflect(&mut front, &[true; 3]);
-            assert_eq!((front.velocity, front.affine, front.stress), (start.velocity, start.affine, start.stress));
+            assert_eq!(p.affine, image(start.affine, d));
+            assert_eq!(full(&p.stress), image(full(&start.stress), d));
+            assert_eq!(pack.get(5, 0), front);
         }
-    }
-
-    /// Through a mirror y = 0 or not, the step of matter that reaches beyond it is the same but for the image.
-    #[test]
-    fn stress_steps_before_it_is_reflected() {
-        let material = crate::material::Material::named("copper").expect("shipped");
-        let on = crate::material::Switches { strength: true, damage: false, spall: false };
-        let step = |mirrored: bool| {
-            let mut setting = Setting::<2>::new(1e-3, vec![Law::new(&material, material.eos.clone(), on)]);
-            setting.mirrors = [false, mirrored];
-            let mut p = Particle::new([0.5e-3, 1e-6], [0.0, -100.0], 1e-3, 1e-7, 0, 0);
-            setting.laws[0].prepare(&mut p);
-            let mut grid = Grid::default();
-            let mut slots = Vec::new();
-            grid.lay_out(&[p], setting.cell, &[false; 2], false, &mut slots).expect("in reach");
-            // The grid moves by v_x = 2e3 y / s, v_y = -100 m/s: pure shear and a drift through the mirror.
-            let mut nodes: Vec<(u32, f64)> = Vec::new();
-            for (k, &node) in grid.stencil(slots[0]).iter().enumerate() {
-                nodes.push((node, ((k % 4) as f64 - 1.0) * setting.cell));
-            }
-            for (node, y) in nodes {
-                let node = &mut grid.nodes[node as usize];
-                node.velocity = [2e3 * y, -100.0];
-                node.next = node.velocity;
-            }
-            let stencil = Stencil::at(&p.position, setting.cell, setting.method.kernel);
-            let mut work = Work::new(slots[0], stencil, p.position[1]);
-            (work.drift, work.gradient) = ([2e3 * p.position[1], 0.0], [[0.0, 2e3], [0.0; 2]]);
-            let mut particles = [p];
-            let mut totals = Totals::default();
-            assert!(update(&mut particles, &[work], &grid, &setting, 1e-7, &mut totals).is_none());
-            particles[0]
-        };
-        let (free, held) = (step(false), step(true));
-        assert!(free.position[1] < 0.0 && free.stress[3] > 1e6, "{free:?}");
-        assert_eq!(held.position, [free.position[0], -free.position[1]]);
-        assert_eq!(held.velocity, [free.velocity[0], -free.velocity[1]]);
-        assert_eq!(held.stress[3], -free.stress[3]);
-        assert_eq!(held.stress[..3], free.stress[..3]);
     }
 }

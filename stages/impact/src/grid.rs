@@ -1,165 +1,96 @@
-//! A sparse grid without a box: blocks of 4^D nodes that exist only where particles are.
+//! A sparse grid without a box: blocks of nodes that exist only where particles touch them, and windows over them.
 //!
-//! Each step it is laid out anew, in the order of the particles, so its node numbers and with them every sum's order
-//! depend on the particles alone.
-use crate::kernel;
-use crate::particle::Particle;
+//! Each step it is laid out anew in the order of the blocks of particles, so its numbers depend on the particles alone. The grid
+//! keeps sums over particles; a window is a copy of the nodes around one block, in which they have become what the
+//! block's particles need. Blocks of one colour share no node: they may add to the grid at the same time, and each node
+//! is added to in the order of the colours.
+use crate::kernel::{edge, span};
+use crate::store::{SECOND, Site, Store};
+use crate::table::Table;
+use std::marker::PhantomData;
 
-/// One node.
-#[derive(Clone, Copy, Debug)]
-pub struct Node<const D: usize> {
-    /// Mass [kg].
-    pub mass: f64,
-    /// Momentum [kg m/s] while particles give theirs, then the velocity at the start of the step [m/s].
-    pub velocity: [f64; D],
-    /// Force [N] while particles give theirs, then the velocity at the end of the step [m/s].
-    pub next: [f64; D],
-}
+/// Numbers at a node: mass [kg] and momentum [kg m/s], or force [N] after a place left free, or others in passes of their own.
+pub type Node = [f64; 4];
 
-/// The nodes around occupied cells.
+/// Nodes in the window of a block, the last axis running fastest, with one more a row for kernels that read in pairs.
+pub type Window = [Node; 7 * 7 * 7 + 1];
+
+/// A window of nothing.
+pub const CLEAR: Window = [[0.0; 4]; 7 * 7 * 7 + 1];
+
+/// The nodes that particles touch.
 #[derive(Default)]
 pub struct Grid<const D: usize> {
-    /// All nodes of all blocks; the last axis runs fastest inside a block.
-    pub nodes: Vec<Node<D>>,
+    /// Mass and momentum.
+    pub start: Vec<Node>,
+    /// Force, and other sums that live shorter.
+    pub force: Vec<Node>,
+    /// Sums for heat conduction, by material: mass, mass times heat, mass times share.
+    pub heat: Vec<Vec<Node>>,
     /// Nodes on a mirror plane, by axis.
-    pub on_plane: [Vec<u32>; 3],
+    on_plane: [Vec<u32>; 3],
     /// Nodes next to a mirror plane and their images behind it, by axis.
     pub images: [Vec<(u32, u32)>; 3],
-    stencils: Vec<u32>,
     blocks: Vec<[i32; D]>,
-    cells: Table<D>,
     homes: Table<D>,
 }
 
-/// A particle where the grid can't follow: its index.
-#[derive(Debug)]
-pub struct Lost(pub usize);
-
-/// Cells from the origin beyond which a coordinate is taken for a runaway: far below where f64 loses the cell's inside.
-const REACH: f64 = 5e8;
-
-/// Where the second body's nodes are kept when bodies have fields of their own: so far along the first axis that keys don't meet.
-const SECOND: i32 = 1 << 30;
+/// Nodes of a block.
+pub const fn block<const D: usize>() -> usize {
+    edge::<D>().pow(D as u32)
+}
 
 impl<const D: usize> Grid<D> {
-    /// Nodes at the same place of the first and the second body's fields.
-    pub fn shared(&self) -> Vec<(u32, u32)> {
-        let n = const { kernel::nodes::<D>() as u32 };
-        let mut pairs = Vec::new();
-        for (b, key) in self.blocks.iter().enumerate().filter(|(_, key)| key[0] > SECOND >> 3) {
-            let mut first = *key;
-            first[0] -= SECOND >> 2;
-            if let Some(a) = self.homes.find(first) {
-                pairs.extend((0..n).map(|k| (a * n + k, b as u32 * n + k)));
-            }
-        }
-        pairs
-    }
-
-    /// Nodes of the cell in `slot`, rows of the last axis in order: 4^D numbers.
-    #[inline(always)]
-    pub fn stencil(&self, slot: u32) -> &[u32] {
-        let n = const { kernel::nodes::<D>() };
-        &self.stencils[slot as usize * n..][..n]
-    }
-
-    /// Node `number` of the cell in `slot`.
-    #[inline(always)]
-    pub fn at(&mut self, slot: u32, number: usize) -> &mut Node<D> {
-        let index = self.stencil(slot)[number];
-        &mut self.nodes[index as usize]
-    }
-
-    /// Lays out the nodes around `particles` and puts each particle's cell slot into `slots`; all nodes are zero then. With `apart`
-    /// the first body and all others get nodes of their own (and no mirror along the first axis).
-    ///
-    /// # Errors
-    /// [`Lost`] for a particle whose position isn't finite or lies more than 5e8 cells away.
-    pub fn lay_out(
-        &mut self,
-        particles: &[Particle<D>],
-        cell: f64,
-        mirrors: &[bool; D],
-        apart: bool,
-        slots: &mut Vec<u32>,
-    ) -> Result<(), Lost> {
-        self.cells.clear();
+    /// Lays out zero nodes under all windows of `store`: `materials` fields of heat beside the others; `whole` blocks are cleared
+    /// where nodes are looked at that no particle touches.
+    pub fn lay_out(&mut self, store: &mut Store<D>, mirrors: &[bool; D], materials: usize, whole: bool) {
         self.homes.clear();
-        self.stencils.clear();
         self.blocks.clear();
-        slots.clear();
-        let mut last: Option<([i32; D], u32)> = None;
-        for (i, p) in particles.iter().enumerate() {
-            let mut key = [0; D];
-            for d in 0..D {
-                let c = kernel::cell_of(p.position[d], cell);
-                if c.is_nan() || c.abs() >= REACH {
-                    return Err(Lost(i));
-                }
-                key[d] = c as i32;
-            }
-            if apart {
-                key[0] += p.body.min(1) as i32 * SECOND;
-            }
-            let slot = match last {
-                Some((k, slot)) if k == key => slot,
-                _ => self.cell(key),
-            };
-            last = Some((key, slot));
-            slots.push(slot);
-        }
-        let zero = Node { mass: 0.0, velocity: [0.0; D], next: [0.0; D] };
-        self.nodes.clear();
-        self.nodes.resize(self.blocks.len() * const { kernel::nodes::<D>() }, zero);
-        self.find_mirrors(mirrors);
-        Ok(())
-    }
-
-    /// Slot of the cell `key`, made with its list of nodes where it is new.
-    fn cell(&mut self, key: [i32; D]) -> u32 {
-        let (slot, new) = self.cells.slot(key);
-        if new {
-            let first: [i32; D] = std::array::from_fn(|d| key[d] - 1);
-            let mut homes = [0u32; 8];
-            for (corner, home) in homes.iter_mut().enumerate().take(1 << D) {
-                let block = std::array::from_fn(|d| (first[d] >> 2) + (corner as i32 >> d & 1));
-                let needed = (0..D).all(|d| corner >> d & 1 == 0 || first[d] & 3 != 0);
+        for site in store.sites.iter_mut().flatten() {
+            for corner in 0..1usize << D {
+                let needed = (0..D).all(|d| corner >> d & 1 == 0 || site.touched[d + 3 - D][1] as usize > edge::<D>());
                 if needed {
-                    *home = self.block(block);
+                    let mut key = site.key;
+                    (0..D).for_each(|d| key[d] += (corner >> d & 1) as i32);
+                    let (home, new) = self.homes.slot(key);
+                    if new {
+                        self.blocks.push(key);
+                    }
+                    site.homes[corner] = home;
                 }
             }
-            for node in 0..const { kernel::nodes::<D>() } {
-                let (mut corner, mut inside) = (0, 0);
-                for d in 0..D {
-                    let at = (first[d] & 3) + (node >> (2 * (D - 1 - d)) & 3) as i32;
-                    corner |= ((at >> 2) as usize) << d;
-                    inside = inside * 4 + (at & 3) as u32;
+        }
+        let count = self.blocks.len() * const { block::<D>() };
+        self.heat.resize(materials, Vec::new());
+        let Grid { start, force, heat, blocks, .. } = self;
+        for field in [start, force].into_iter().chain(heat) {
+            field.resize(count.max(field.len()), [0.0; 4]);
+            for (b, key) in blocks.iter().enumerate() {
+                // What lies behind a mirror is added to its image whether a particle touches it or not.
+                if whole || (0..D).any(|d| mirrors[d] && key[d] == -1) {
+                    field[b * const { block::<D>() }..][..const { block::<D>() }].fill([0.0; 4]);
                 }
-                self.stencils.push(homes[corner] * const { kernel::nodes::<D>() as u32 } + inside);
+            }
+            let shared = Shared::new(field);
+            for site in store.sites.iter().flatten() {
+                // SAFETY: nothing else uses the field meanwhile.
+                unsafe { shared.clear(site) };
             }
         }
-        slot
+        self.find_mirrors(mirrors);
     }
 
-    fn block(&mut self, key: [i32; D]) -> u32 {
-        let (home, new) = self.homes.slot(key);
-        if new {
-            self.blocks.push(key);
-        }
-        home
-    }
-
-    /// Only cell 0 beside a mirror reaches behind it, to one layer of nodes; its stencil holds the partners in front.
+    /// Nodes next to a mirror reach behind it to one layer, whose partners in front are on the same windows.
     fn find_mirrors(&mut self, mirrors: &[bool; D]) {
-        let n = const { kernel::nodes::<D>() as u32 };
+        let (n, edge) = const { (block::<D>() as u32, edge::<D>() as u32) };
         for d in 0..D {
             self.on_plane[d].clear();
             self.images[d].clear();
             if !mirrors[d] {
                 continue;
             }
-            let stride = 4u32.pow((D - 1 - d) as u32);
-            let along = |node: u32| node / stride % 4;
+            let stride = edge.pow((D - 1 - d) as u32);
+            let along = |node: u32| node / stride % edge;
             for (b, key) in self.blocks.iter().enumerate() {
                 let start = b as u32 * n;
                 if key[d] == 0 {
@@ -167,142 +98,318 @@ impl<const D: usize> Grid<D> {
                 } else if key[d] == -1 {
                     let mut front = *key;
                     front[d] = 0;
-                    let front = self.homes.find(front).expect("a cell beside the mirror has nodes on both sides") * n;
-                    let pairs = (0..n).filter(|&k| along(k) == 3).map(|k| (front + k - 2 * stride, start + k));
-                    self.images[d].extend(pairs);
+                    let Some(front) = self.homes.find(front) else { continue };
+                    let last = (0..n).filter(|&k| along(k) == edge - 1);
+                    self.images[d].extend(last.map(|k| (front * n + k - (edge - 2) * stride, start + k)));
                 }
             }
         }
     }
-}
 
-/// Open-addressing map from whole-number coordinates to slots numbered in order of arrival.
-struct Table<const D: usize> {
-    entries: Vec<Entry<D>>,
-    count: u32,
-    round: u32,
-}
+    /// Adds what the mirrored half of the scene gives the nodes of `field` near each mirror plane, and copies the sum behind
+    /// it. A vector's component along the mirror's normal is turned round.
+    fn fold(&self, field: &mut [Node], is_vector: bool) {
+        let turned = |node: Node, d: usize| if is_vector { turned(node, d) } else { node };
+        for d in 0..D {
+            for &n in &self.on_plane[d] {
+                let node = field[n as usize];
+                let image = turned(node, d);
+                field[n as usize] = std::array::from_fn(|c| node[c] + image[c]);
+            }
+            for &(front, behind) in &self.images[d] {
+                let image = turned(field[behind as usize], d);
+                let node = &mut field[front as usize];
+                (0..4).for_each(|c| node[c] += image[c]);
+            }
+        }
+        for d in 0..D {
+            for &(front, behind) in &self.images[d] {
+                field[behind as usize] = turned(field[front as usize], d);
+            }
+        }
+    }
 
-#[derive(Clone, Copy)]
-struct Entry<const D: usize> {
-    key: [i32; D],
-    slot: u32,
-    round: u32,
-}
+    /// Copies mass and momentum behind each mirror plane.
+    pub fn reflect_start(&mut self) {
+        reflect(&self.images, &mut self.start);
+    }
 
-impl<const D: usize> Default for Table<D> {
-    fn default() -> Self {
-        Self { entries: vec![Entry { key: [0; D], slot: 0, round: 0 }; 64], count: 0, round: 1 }
+    /// Copies forces behind each mirror plane.
+    pub fn reflect_force(&mut self) {
+        reflect(&self.images, &mut self.force);
+    }
+
+    /// Mirrors mass and momentum.
+    pub fn fold_start(&mut self) {
+        let mut field = std::mem::take(&mut self.start);
+        self.fold(&mut field, true);
+        self.start = field;
+    }
+
+    /// Mirrors forces, or what else is there.
+    pub fn fold_force(&mut self) {
+        let mut field = std::mem::take(&mut self.force);
+        self.fold(&mut field, true);
+        self.force = field;
+    }
+
+    /// Mirrors the sums of heat conduction.
+    pub fn fold_heat(&mut self) {
+        let mut fields = std::mem::take(&mut self.heat);
+        fields.iter_mut().for_each(|field| self.fold(field, false));
+        self.heat = fields;
+    }
+
+    /// Nodes at the same place of the two fields, where bodies have fields of their own.
+    pub fn shared(&self) -> Vec<(u32, u32)> {
+        let n = const { block::<D>() as u32 };
+        let mut pairs = Vec::new();
+        for (b, key) in self.blocks.iter().enumerate().filter(|(_, key)| key[0] > SECOND >> 1) {
+            let mut first = *key;
+            first[0] -= SECOND;
+            if let Some(a) = self.homes.find(first) {
+                pairs.extend((0..n).map(|k| (a * n + k, b as u32 * n + k)));
+            }
+        }
+        pairs
+    }
+
+    /// Number of node blocks.
+    pub fn blocks(&self) -> usize {
+        self.blocks.len()
     }
 }
 
-impl<const D: usize> Table<D> {
-    fn clear(&mut self) {
-        self.count = 0;
-        self.round = self.round.wrapping_add(1);
-        if self.round == 0 {
-            self.entries.iter_mut().for_each(|e| e.round = 0);
-            self.round = 1;
+/// The image of a vector in a mirror across axis `d`.
+fn turned(mut node: Node, d: usize) -> Node {
+    node[d + 1] = -node[d + 1];
+    node
+}
+
+fn reflect(images: &[Vec<(u32, u32)>; 3], field: &mut [Node]) {
+    for (d, pairs) in images.iter().enumerate() {
+        for &(front, behind) in pairs {
+            field[behind as usize] = turned(field[front as usize], d);
         }
+    }
+}
+
+/// Rows along the last axis of the part of a window that is touched: the row in the window, where it lies on the grid in each of the
+/// two blocks it may cross, and how long.
+struct Row {
+    window: usize,
+    grid: usize,
+    length: usize,
+}
+
+/// Visits the rows of what `site` touches. A macro, since a closure would not be compiled for the lanes' processor.
+macro_rules! rows {
+    ($site:ident, |$row:ident| $body:block) => {
+        let (edge, span) = const { (edge::<D>(), span::<D>()) };
+        let [xs, ys, zs] = $site.touched.map(|[low, high]| [low as usize, high as usize]);
+        for x in xs[0]..xs[1] {
+            for y in ys[0]..ys[1] {
+                for half in 0..2 {
+                    let from = if half == 0 { zs[0] } else { edge.max(zs[0]) };
+                    let to = if half == 0 { zs[1].min(edge) } else { zs[1] };
+                    if from < to {
+                        let corner = match D {
+                            1 => half,
+                            2 => y / edge | half << 1,
+                            _ => x / edge | y / edge << 1 | half << 2,
+                        };
+                        let inside = (x % edge * edge + y % edge) * edge + from - half * edge;
+                        let $row = Row {
+                            window: (x * span + y) * span + from,
+                            grid: $site.homes[corner] as usize * const { block::<D>() } + inside,
+                            length: to - from,
+                        };
+                        $body
+                    }
+                }
+            }
+        }
+    };
+}
+
+/// A field that several blocks of particles of one colour add to at the same time.
+pub struct Shared<'a> {
+    nodes: *mut Node,
+    count: usize,
+    field: PhantomData<&'a mut [Node]>,
+}
+
+// SAFETY: the only way in is `clear` and `add`, whose callers see to it that no two threads touch the same node.
+unsafe impl Sync for Shared<'_> {}
+
+impl<'a> Shared<'a> {
+    /// Over `field`.
+    pub fn new(field: &'a mut [Node]) -> Self {
+        Shared { nodes: field.as_mut_ptr(), count: field.len(), field: PhantomData }
     }
 
-    /// Where `key` is or would go.
-    fn place(&self, key: [i32; D]) -> usize {
-        let mask = self.entries.len() - 1;
-        let mut hash = 0u64;
-        for k in key {
-            hash = (hash ^ k as u32 as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15);
-            hash ^= hash >> 29;
-        }
-        let mut at = hash as usize & mask;
-        while self.entries[at].round == self.round && self.entries[at].key != key {
-            at = (at + 1) & mask;
-        }
-        at
+    /// Nodes of a row.
+    ///
+    /// # Safety
+    /// Nothing else uses them meanwhile.
+    #[inline(always)]
+    #[expect(clippy::mut_from_ref, reason = "that is what the type is for; see the safety")]
+    unsafe fn row(&self, row: &Row) -> &mut [Node] {
+        assert!(row.grid + row.length <= self.count);
+        // SAFETY: within the field, by the assertion; not used by anybody else, by the caller.
+        unsafe { std::slice::from_raw_parts_mut(self.nodes.add(row.grid), row.length) }
     }
 
-    fn find(&self, key: [i32; D]) -> Option<u32> {
-        let e = &self.entries[self.place(key)];
-        (e.round == self.round).then_some(e.slot)
+    /// Clears the nodes that `site` touches.
+    ///
+    /// # Safety
+    /// Nothing else uses nodes of the site meanwhile; sites of one colour have none in common.
+    #[inline(always)]
+    pub unsafe fn clear<const D: usize>(&self, site: &Site<D>) {
+        rows!(site, |row| {
+            // SAFETY: the row is the site's.
+            unsafe { self.row(&row) }.fill([0.0; 4]);
+        });
     }
 
-    /// Slot of `key`, and whether it is new.
-    fn slot(&mut self, key: [i32; D]) -> (u32, bool) {
-        let at = self.place(key);
-        if self.entries[at].round == self.round {
-            return (self.entries[at].slot, false);
-        }
-        let slot = self.count;
-        self.entries[at] = Entry { key, slot, round: self.round };
-        self.count += 1;
-        if 2 * self.count as usize > self.entries.len() {
-            self.grow();
-        }
-        (slot, true)
+    /// Adds the window of `site`.
+    ///
+    /// # Safety
+    /// As for [`Shared::clear`].
+    #[inline(always)]
+    pub unsafe fn add<const D: usize>(&self, site: &Site<D>, window: &Window) {
+        rows!(site, |row| {
+            // SAFETY: the row is the site's.
+            let nodes = unsafe { self.row(&row) };
+            for (to, from) in nodes.iter_mut().zip(&window[row.window..]) {
+                for c in 0..4 {
+                    to[c] += from[c];
+                }
+            }
+        });
     }
+}
 
-    fn grow(&mut self) {
-        let empty = Entry { key: [0; D], slot: 0, round: 0 };
-        let old = std::mem::take(&mut self.entries);
-        self.entries = vec![empty; 2 * old.len()];
-        for e in old.into_iter().filter(|e| e.round == self.round) {
-            let at = self.place(e.key);
-            self.entries[at] = e;
+/// Clears the part of `window` that `site` touches, and the pair that its last node may be read with.
+#[inline(always)]
+pub fn clear_window<const D: usize>(site: &Site<D>, window: &mut Window) {
+    let span = const { span::<D>() };
+    let [xs, ys, zs] = site.touched.map(|[low, high]| [low as usize, high as usize]);
+    for x in xs[0]..xs[1] {
+        for y in ys[0]..ys[1] {
+            window[(x * span + y) * span..][zs[0]..zs[1] + 1].fill([0.0; 4]);
         }
     }
+}
+
+/// Fills the window with mass and velocity; nodes of no more than `cut` [kg] stand still.
+#[inline(always)]
+pub fn see_velocity<const D: usize>(site: &Site<D>, grid: &Grid<D>, cut: f64, window: &mut Window) {
+    rows!(site, |row| {
+        for (to, from) in window[row.window..].iter_mut().zip(&grid.start[row.grid..][..row.length]) {
+            let per_mass = if from[0] > cut { 1.0 / from[0] } else { 0.0 };
+            *to = [from[0], from[1] * per_mass, from[2] * per_mass, from[3] * per_mass];
+        }
+    });
+}
+
+/// Fills windows with the velocity at the end of a step of `dt` [s], or its change through the step, and that at its middle.
+#[inline(always)]
+pub fn see_end<const D: usize>(
+    site: &Site<D>,
+    grid: &Grid<D>,
+    cut: f64,
+    dt: f64,
+    change_only: bool,
+    end: &mut Window,
+    middle: &mut Window,
+) {
+    rows!(site, |row| {
+        let sums = grid.start[row.grid..].iter().zip(&grid.force[row.grid..]).take(row.length);
+        let windows = end[row.window..].iter_mut().zip(&mut middle[row.window..]);
+        for ((end, middle), (start, force)) in windows.zip(sums) {
+            let per_mass = if start[0] > cut { 1.0 / start[0] } else { 0.0 };
+            let kick = dt * per_mass;
+            for c in 0..4 {
+                let (v, change) = (start[c] * per_mass, kick * force[c]);
+                end[c] = if change_only { change } else { v + change };
+                middle[c] = v + 0.5 * change;
+            }
+        }
+    });
+}
+
+/// Fills the window with means over mass of the sums in the field of forces; nodes of no more than `cut` [kg] have none.
+#[inline(always)]
+pub fn see_mean<const D: usize>(site: &Site<D>, grid: &Grid<D>, cut: f64, window: &mut Window) {
+    rows!(site, |row| {
+        let sums = grid.start[row.grid..].iter().zip(&grid.force[row.grid..]).take(row.length);
+        for (to, (start, sum)) in window[row.window..].iter_mut().zip(sums) {
+            let per_mass = if start[0] > cut { 1.0 / start[0] } else { 0.0 };
+            *to = sum.map(|x| x * per_mass);
+        }
+    });
+}
+
+/// Fills the window with the share and the share times the mean of heat.
+#[inline(always)]
+pub fn see_heat<const D: usize>(site: &Site<D>, field: &[Node], window: &mut Window) {
+    rows!(site, |row| {
+        for (to, from) in window[row.window..].iter_mut().zip(&field[row.grid..][..row.length]) {
+            let [mass, heat, share, _] = *from;
+            let per_mass = if share > 0.0 { 1.0 / mass } else { 0.0 };
+            let part = (share * per_mass).min(1.0);
+            *to = [part, part * (heat * per_mass), 0.0, 0.0];
+        }
+    });
+}
+
+/// Fills the window with a number a node.
+#[inline(always)]
+pub fn see_scalar<const D: usize>(site: &Site<D>, field: &[f64], window: &mut Window) {
+    rows!(site, |row| {
+        for (to, from) in window[row.window..].iter_mut().zip(&field[row.grid..][..row.length]) {
+            *to = [*from, 0.0, 0.0, 0.0];
+        }
+    });
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::particle::Particle;
+    use crate::store::Frame;
 
-    fn at<const D: usize>(position: [f64; D]) -> Particle<D> {
-        Particle::new(position, [0.0; D], 1.0, 1.0, 0, 0)
-    }
-
-    /// Neighbouring cells share exactly the nodes that their stencils have in common.
+    /// What is added behind a mirror arrives in front of it, turned round, and what is on it is its own image.
     #[test]
-    fn stencils_of_neighbours_overlap() {
-        let mut grid = Grid::<2>::default();
-        let particles: Vec<_> =
-            (-9..9).flat_map(|i| (-9..9).map(move |j| at([i as f64 + 0.5, j as f64 + 0.5]))).collect();
-        let mut slots = Vec::new();
-        grid.lay_out(&particles, 1.0, &[false; 2], false, &mut slots).unwrap();
-        for i in 0..17 {
-            for j in 0..17 {
-                let (a, right) = (grid.stencil(slots[i * 18 + j]), grid.stencil(slots[i * 18 + j + 1]));
-                let below = grid.stencil(slots[(i + 1) * 18 + j]);
-                for k in 0..4 {
-                    for l in 0..3 {
-                        assert_eq!(a[k * 4 + l + 1], right[k * 4 + l]);
-                        assert_eq!(a[(l + 1) * 4 + k], below[l * 4 + k]);
-                    }
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn images_lie_behind_the_mirror() {
+    fn mirrors_fold() {
+        let frame = Frame { cell: 1.0, reach: 1.0, apart: false };
+        let one = Particle::<3>::new([0.5; 3], [0.0; 3], 1.0, 1.0, 0, 0);
+        let mut store = Store::new(&[one], frame).0;
+        store.touch(4);
         let mut grid = Grid::<3>::default();
-        let mut slots = Vec::new();
-        grid.lay_out(&[at([0.5, 0.5, 0.5])], 1.0, &[false, true, true], false, &mut slots).unwrap();
-        let nodes = grid.stencil(slots[0]);
-        let number = |i: usize, j: usize, k: usize| nodes[i * 16 + j * 4 + k];
-        for i in 0..4 {
-            for k in 0..4 {
-                assert!(grid.images[1].contains(&(number(i, 2, k), number(i, 0, k))));
-                assert!(grid.images[2].contains(&(number(i, k, 2), number(i, k, 0))));
-                assert!(grid.on_plane[1].contains(&number(i, 1, k)));
-            }
+        grid.lay_out(&mut store, &[false, true, false], 0, false);
+        let mut window = CLEAR;
+        // Its nodes along y lie at -1, 0, 1, 2: the last three nodes of the block's window and one beyond.
+        let node = |y: usize| (3 * 7 + y) * 7 + 3;
+        for y in 3..7 {
+            window[node(y)] = [1.0, 2.0, y as f64, 4.0];
         }
-        assert!(grid.images[0].is_empty());
+        let site = store.sites.iter().flatten().next().expect("one");
+        // SAFETY: nothing else uses the field.
+        unsafe { Shared::new(&mut grid.start).add(site, &window) };
+        grid.fold_start();
+        let mut seen = CLEAR;
+        see_mean_of(site, &grid.start, &mut seen);
+        assert_eq!(seen[node(5)], [2.0, 4.0, 5.0 - 3.0, 8.0]);
+        assert_eq!(seen[node(4)], [2.0, 4.0, 0.0, 8.0]);
+        assert_eq!(seen[node(3)], [2.0, 4.0, 3.0 - 5.0, 8.0]);
+        assert_eq!(seen[node(6)], [1.0, 2.0, 6.0, 4.0]);
     }
 
-    #[test]
-    fn a_runaway_is_named() {
-        let mut grid = Grid::<1>::default();
-        let lost = grid.lay_out(&[at([0.0]), at([f64::NAN])], 1.0, &[false], false, &mut Vec::new()).unwrap_err();
-        assert_eq!(lost.0, 1);
+    fn see_mean_of<const D: usize>(site: &Site<D>, field: &[Node], window: &mut Window) {
+        rows!(site, |row| {
+            window[row.window..][..row.length].copy_from_slice(&field[row.grid..][..row.length]);
+        });
     }
 }

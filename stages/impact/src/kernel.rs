@@ -1,8 +1,9 @@
-//! Weights of one particle, and the walk over the rows of its 4^D nodes.
+//! Weights of the nodes around a particle, for eight particles of a block at a time.
 //!
 //! All weights reproduce linear fields; those of the quadratic and cubic B-splines also have
 //! `sum_i w_i (x_i - x)(x_i - x)^T = D I` with the same D everywhere, which is what the affine transfer rests on (Steffen, Kirby
-//! & Berzins 2008; Jiang, Schroeder & Teran 2017). Narrower kernels have zeros at the ends of the four nodes.
+//! & Berzins 2008; Jiang, Schroeder & Teran 2017).
+use hvi_kit::lanes::{Eight, Real};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -21,6 +22,16 @@ pub enum Kernel {
     Cubic,
 }
 
+/// Cells along an edge of a block.
+pub const fn edge<const D: usize>() -> usize {
+    [64, 8, 4][D - 1]
+}
+
+/// Nodes along an edge of the window around a block's cells: those of the widest kernel.
+pub const fn span<const D: usize>() -> usize {
+    edge::<D>() + 3
+}
+
 impl Kernel {
     /// Second moment of the weights along an axis, over dx^2; 0 where it depends on the place.
     #[inline(always)]
@@ -32,120 +43,140 @@ impl Kernel {
         }
     }
 
-    /// Weights and slopes [1/m] at share `f` of a cell, of the nodes at -1, 0, 1 and 2 cells from its lower end.
-    #[inline(always)]
-    fn line(self, f: f64, per_cell: f64) -> ([f64; 4], [f64; 4]) {
-        let a = 1.0 - f;
+    /// Nodes along an axis.
+    pub const fn nodes(self) -> usize {
         match self {
-            Kernel::Cubic => (
-                [
-                    a * a * a / 6.0,
-                    (4.0 + f * f * (3.0 * f - 6.0)) / 6.0,
-                    (4.0 + a * a * (3.0 * a - 6.0)) / 6.0,
-                    f * f * f / 6.0,
-                ],
-                [
-                    -0.5 * a * a * per_cell,
-                    f * (1.5 * f - 2.0) * per_cell,
-                    a * (2.0 - 1.5 * a) * per_cell,
-                    0.5 * f * f * per_cell,
-                ],
-            ),
-            Kernel::Linear => ([0.0, a, f, 0.0], [0.0, -per_cell, per_cell, 0.0]),
-            Kernel::Quadratic => each_node(f, per_cell, |z| match z {
-                z if z < 0.5 => (0.75 - z * z, -2.0 * z),
-                z if z < 1.5 => (0.5 * (1.5 - z) * (1.5 - z), z - 1.5),
-                _ => (0.0, 0.0),
-            }),
-            // Half-width of the particle: a quarter of a cell.
-            Kernel::Gimp => each_node(f, per_cell, |z| match z {
-                z if z < 0.25 => (0.875 - 2.0 * z * z, -4.0 * z),
-                z if z < 0.75 => (1.0 - z, -1.0),
-                z if z < 1.25 => ((1.25 - z) * (1.25 - z), 2.0 * (z - 1.25)),
-                _ => (0.0, 0.0),
-            }),
+            Kernel::Linear => 2,
+            Kernel::Gimp | Kernel::Quadratic => 3,
+            Kernel::Cubic => 4,
+        }
+    }
+
+    /// How far below a particle its first node may lie at least, in cells.
+    pub const fn reach(self) -> f64 {
+        match self {
+            Kernel::Linear => 0.0,
+            Kernel::Gimp | Kernel::Quadratic => 0.5,
+            Kernel::Cubic => 1.0,
+        }
+    }
+
+    /// Weights and slopes [1/cell] of the nodes of a particle `f` cells (0 to 1) and [`Kernel::reach`] above its first node.
+    #[inline(always)]
+    pub fn line<R: Real>(self, f: R) -> ([R; 4], [R; 4]) {
+        let (one, zero) = (R::of(1.0), R::of(0.0));
+        let a = one - f;
+        match self {
+            Kernel::Linear => ([a, f, zero, zero], [zero - one, one, zero, zero]),
+            Kernel::Quadratic => {
+                let middle = f.plus(-0.5);
+                (
+                    [(a * a).times(0.5), R::of(0.75) - middle * middle, (f * f).times(0.5), zero],
+                    [zero - a, middle.times(-2.0), f, zero],
+                )
+            }
+            Kernel::Cubic => {
+                let (a2, f2) = (a * a, f * f);
+                (
+                    [
+                        (a2 * a).times(1.0 / 6.0),
+                        (f2 * f.times(3.0).plus(-6.0)).plus(4.0).times(1.0 / 6.0),
+                        (a2 * a.times(3.0).plus(-6.0)).plus(4.0).times(1.0 / 6.0),
+                        (f2 * f).times(1.0 / 6.0),
+                    ],
+                    [a2.times(-0.5), f * f.times(1.5).plus(-2.0), a * (R::of(2.0) - a.times(1.5)), f2.times(0.5)],
+                )
+            }
+            Kernel::Gimp => {
+                let (first, middle, last) = (f.plus(0.5), f.plus(-0.5), a.plus(0.5));
+                let ((w0, g0), (w2, g2)) = (gimp_outer(first), gimp_outer(last));
+                let z = middle.size();
+                let side = (zero - one).where_less(zero, middle, one);
+                let w1 = (R::of(0.875) - (z * z).times(2.0)).where_less(z, R::of(0.25), one - z);
+                let g1 = middle.times(-4.0).where_less(z, R::of(0.25), side);
+                ([w0, w1, w2, zero], [g0, g1, zero - g2, zero])
+            }
         }
     }
 }
 
-/// Weight and slope of each of the four nodes by a function of the distance in cells.
+/// uGIMP's weight and its slope at a distance of half a cell or more; the particle's half-width is a quarter of a cell.
 #[inline(always)]
-fn each_node(f: f64, per_cell: f64, at: impl Fn(f64) -> (f64, f64)) -> ([f64; 4], [f64; 4]) {
-    let (mut weight, mut slope) = ([0.0; 4], [0.0; 4]);
-    for k in 0..4 {
-        let z = f + 1.0 - k as f64;
-        let (w, g) = at(z.abs());
-        (weight[k], slope[k]) = (w, if z < 0.0 { -g } else { g } * per_cell);
-    }
+fn gimp_outer<R: Real>(z: R) -> (R, R) {
+    let (near, far, zero) = (R::of(0.75), R::of(1.25), R::of(0.0));
+    let left = far - z;
+    let weight = (R::of(1.0) - z).where_less(z, near, (left * left).where_less(z, far, zero));
+    let slope = R::of(-1.0).where_less(z, near, left.times(-2.0).where_less(z, far, zero));
     (weight, slope)
 }
 
-/// Weights and slopes of one particle along each axis.
-#[derive(Clone, Copy, Debug)]
-pub struct Stencil<const D: usize> {
-    /// Weights of the four nodes along each axis.
-    pub weight: [[f64; 4]; D],
-    /// Derivatives of the weights [1/m].
-    pub slope: [[f64; 4]; D],
-    /// First node's position minus the particle's [m].
-    pub corner: [f64; D],
-}
-
-/// Four nodes in a line along the last axis: what is common to them.
-#[derive(Clone, Copy, Debug)]
-pub struct Row<const D: usize> {
-    /// Product of the weights along the other axes.
-    pub weight: f64,
-    /// The same product with the slope along axis `d` instead of its weight; the last entry is not used.
-    pub slope: [f64; D],
-    /// Position minus the particle's along the other axes [m]; the last entry is not used.
-    pub offset: [f64; D],
-}
-
-/// Nodes of a stencil: 4^D.
-pub const fn nodes<const D: usize>() -> usize {
-    4usize.pow(D as u32)
-}
-
-/// Cell of `position` [m] on a grid of spacing `cell` [m], as a whole number kept in f64.
+/// Number of the first node along an axis, as a whole number, and how far above it (and its reach) the position lies, in cells.
 #[inline(always)]
-pub fn cell_of(position: f64, cell: f64) -> f64 {
-    (position / cell).floor()
+pub fn first_node<R: Real>(position: R, per_cell: f64, reach: f64) -> (R, R) {
+    let at = position.times(per_cell).plus(-reach);
+    let first = at.floor();
+    (first, at - first)
 }
 
-impl<const D: usize> Stencil<D> {
-    /// Weights at `position` [m] on a grid of spacing `cell` [m].
-    #[inline(always)]
-    pub fn at(position: &[f64; D], cell: f64, kernel: Kernel) -> Self {
-        let mut s = Stencil { weight: [[0.0; 4]; D], slope: [[0.0; 4]; D], corner: [0.0; D] };
-        let per_cell = 1.0 / cell;
-        for d in 0..D {
-            let f = position[d] / cell - cell_of(position[d], cell);
-            (s.weight[d], s.slope[d]) = kernel.line(f, per_cell);
-            s.corner[d] = -(1.0 + f) * cell;
-        }
-        s
+/// Weights of eight particles by level: the last axis is level 2, the one before it level 1. A level that space doesn't have is one
+/// node of weight 1.
+#[repr(align(64))]
+pub struct Lines {
+    /// Weights of the nodes.
+    pub weight: [[[f64; 8]; 4]; 3],
+    /// Their derivatives by the particle's place [1/m].
+    pub slope: [[[f64; 8]; 4]; 3],
+    /// Distances of the nodes from the particle [m].
+    pub offset: [[[f64; 8]; 4]; 3],
+    /// Weights times distances [m].
+    pub moment: [[[f64; 8]; 4]; 3],
+    /// `sum w^2` over all nodes.
+    pub own: [f64; 8],
+    /// The first node in the block's window.
+    pub first: [f64; 8],
+}
+
+impl Default for Lines {
+    /// Nothing filled in yet.
+    fn default() -> Lines {
+        let none = [[[0.0; 8]; 4]; 3];
+        let mut weight = none;
+        (weight[0][0], weight[1][0]) = ([1.0; 8], [1.0; 8]);
+        Lines { weight, slope: none, offset: none, moment: none, own: [0.0; 8], first: [0.0; 8] }
     }
+}
 
-    /// Rows of the stencil: 4^(D-1).
-    pub const ROWS: usize = 4usize.pow(D as u32 - 1);
-
-    /// Row `row` of the stencil; its nodes are number `4 row .. 4 row + 4` of the cell's list.
+impl Lines {
+    /// Weights at `position` [m] of particles in the block whose first cell is `origin`, on cells of `cell` [m].
     #[inline(always)]
-    pub fn row(&self, row: usize, cell: f64) -> Row<D> {
-        let mut weight = 1.0;
-        let mut slope = [1.0; D];
-        let mut offset = [0.0; D];
-        for d in 0..D - 1 {
-            let digit = (row >> (2 * (D - 2 - d))) & 3;
-            let (w, g) = (self.weight[d][digit], self.slope[d][digit]);
-            weight *= w;
-            for e in 0..D - 1 {
-                slope[e] *= if e == d { g } else { w };
+    pub fn fill<R: Eight, const D: usize, const N: usize>(
+        &mut self,
+        position: &[[f64; 8]; D],
+        origin: &[f64; D],
+        kernel: Kernel,
+        cell: f64,
+    ) {
+        let per_cell = 1.0 / cell;
+        let (mut own, mut place) = (R::of(1.0), R::of(0.0));
+        for d in 0..D {
+            let (first, f) = first_node(R::load(&position[d]), per_cell, kernel.reach());
+            place = place.times(span::<D>() as f64) + first.plus(-origin[d]);
+            let (weight, slope) = kernel.line(f);
+            let below = f.plus(kernel.reach());
+            let level = d + 3 - D;
+            let mut squares = R::of(0.0);
+            for k in 0..N {
+                let offset = (R::of(k as f64) - below).times(cell);
+                squares = weight[k].fused(weight[k], squares);
+                weight[k].store(&mut self.weight[level][k]);
+                slope[k].times(per_cell).store(&mut self.slope[level][k]);
+                offset.store(&mut self.offset[level][k]);
+                (weight[k] * offset).store(&mut self.moment[level][k]);
             }
-            offset[d] = self.corner[d] + digit as f64 * cell;
+            own = own * squares;
         }
-        Row { weight, slope, offset }
+        own.store(&mut self.own);
+        place.store(&mut self.first);
     }
 }
 
@@ -157,43 +188,29 @@ mod tests {
     /// difference of 2e-6).
     #[test]
     fn moments_and_slopes() {
-        let cell = 0.7;
         for kernel in [Kernel::Linear, Kernel::Gimp, Kernel::Quadratic, Kernel::Cubic] {
             for i in 0..57 {
                 let x = -3.1 + 0.117 * i as f64;
-                let s = Stencil::<1>::at(&[x], cell, kernel);
-                let sum = |f: &dyn Fn(f64) -> f64| -> f64 {
-                    (0..4).map(|k| s.weight[0][k] * f(s.corner[0] + k as f64 * cell)).sum()
+                let (_, f) = first_node(x, 1.0, kernel.reach());
+                let (weight, slope) = kernel.line(f);
+                assert!(weight[kernel.nodes()..].iter().chain(&slope[kernel.nodes()..]).all(|&x| x == 0.0));
+                let sum = |g: &dyn Fn(f64) -> f64| -> f64 {
+                    (0..4).map(|k| weight[k] * g(k as f64 - f - kernel.reach())).sum()
                 };
                 assert!((sum(&|_| 1.0) - 1.0).abs() < 1e-15);
                 assert!(sum(&|r| r).abs() < 1e-15);
-                let moment = kernel.moment() * cell * cell;
+                let moment = kernel.moment();
                 assert!(moment == 0.0 || (sum(&|r| r * r) - moment).abs() < 1e-15);
                 let h = 1e-6;
-                if cell_of(x - h, cell) != cell_of(x + h, cell) {
+                if f < h || f > 1.0 - h {
                     continue;
                 }
-                let (a, b) = (Stencil::<1>::at(&[x - h], cell, kernel), Stencil::<1>::at(&[x + h], cell, kernel));
+                let (a, b) = (kernel.line(f - h).0, kernel.line(f + h).0);
                 for k in 0..4 {
-                    let slope = (b.weight[0][k] - a.weight[0][k]) / (2.0 * h);
-                    assert!((slope - s.slope[0][k]).abs() < 1e-5, "{kernel:?} {k}: {slope} {}", s.slope[0][k]);
+                    let found = (b[k] - a[k]) / (2.0 * h);
+                    assert!((found - slope[k]).abs() < 1e-5, "{kernel:?} {k}: {found} {}", slope[k]);
                 }
             }
         }
-    }
-
-    /// In three dimensions the rows' weights sum to one and their slopes to zero.
-    #[test]
-    fn rows_make_the_tensor_product() {
-        let s = Stencil::<3>::at(&[0.31, -1.7, 12.9], 1.0, Kernel::Cubic);
-        let mut sum = 0.0;
-        let mut gradient = [0.0; 2];
-        for row in 0..Stencil::<3>::ROWS {
-            let r = s.row(row, 1.0);
-            sum += r.weight;
-            gradient[0] += r.slope[0];
-            gradient[1] += r.slope[1];
-        }
-        assert!((sum - 1.0).abs() < 1e-15 && gradient[0].abs() < 1e-15 && gradient[1].abs() < 1e-15);
     }
 }

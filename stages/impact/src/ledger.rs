@@ -5,20 +5,28 @@ use crate::step::{Setting, State};
 
 /// Momentum along the impact, kinetic and internal energy (by body), mass: all times `multiple`.
 pub fn entry<const D: usize>(state: &State<D>, setting: &Setting<D>, multiple: f64, start: Option<&Ledger>) -> Ledger {
-    let (totals, moment) = (&state.totals, setting.method.moment(setting.cell));
-    let sum = |f: &dyn Fn(&Particle<D>) -> f64| multiple * state.particles.iter().map(f).sum::<f64>();
-    let internal: Vec<f64> = (0..setting.laws.len())
-        .map(|body| sum(&|p| if p.body as usize == body { p.mass * p.energy } else { 0.0 }))
-        .collect();
+    let totals = &state.totals;
+    let moment = setting.method.moment(setting.cell);
+    let (mut mass, mut momentum, mut kinetic, mut flying) = (0.0, 0.0, 0.0, 0.0);
+    let mut internal = vec![0.0; setting.laws.len()];
+    for p in state.particles() {
+        let (motion, inside) = (p.kinetic(moment), p.mass * p.energy);
+        mass += p.mass;
+        momentum += p.mass * p.velocity[0];
+        kinetic += motion;
+        internal[p.body as usize] += inside;
+        flying += if p.alone { motion + inside } else { 0.0 };
+    }
+    internal.iter_mut().for_each(|e| *e *= multiple);
     let mut entry = Ledger {
         time: state.time,
         step: state.steps,
-        mass: sum(&|p| p.mass),
-        momentum: sum(&|p| p.mass * p.velocity[0]),
-        kinetic: sum(&|p| p.kinetic(moment)),
+        mass: multiple * mass,
+        momentum: multiple * momentum,
+        kinetic: multiple * kinetic,
         internal,
         by_phase: by_phase(state, setting, multiple),
-        flying: sum(&|p| if p.alone { p.kinetic(moment) + p.mass * p.energy } else { 0.0 }),
+        flying: multiple * flying,
         viscous: multiple * totals.viscous,
         transfer: multiple * totals.transfer,
         floored: multiple * totals.floored,
@@ -36,7 +44,7 @@ pub fn entry<const D: usize>(state: &State<D>, setting: &Setting<D>, multiple: f
 /// Internal energy by body and phase [J], at the volume of the intact matter.
 fn by_phase<const D: usize>(state: &State<D>, setting: &Setting<D>, multiple: f64) -> Vec<[f64; 5]> {
     let mut sums = vec![[0.0; 5]; setting.laws.len()];
-    for p in &state.particles {
+    for p in state.particles() {
         let eos = &setting.laws[p.body as usize].eos;
         let volume = eos.reference_volume() * p.ratio;
         // What is under pressure is intact: only the rest needs its volume without it.
@@ -52,9 +60,8 @@ fn total(entry: &Ledger) -> f64 {
 }
 
 /// Velocity along the impact [m/s] that the leading `share` of the mass of `body` has at least.
-pub fn leading<const D: usize>(particles: &[Particle<D>], body: u8, share: f64) -> f64 {
-    let mut by_speed: Vec<(f64, f64)> =
-        particles.iter().filter(|p| p.body == body).map(|p| (p.velocity[0], p.mass)).collect();
+pub fn leading<const D: usize>(particles: impl Iterator<Item = Particle<D>>, body: u8, share: f64) -> f64 {
+    let mut by_speed: Vec<(f64, f64)> = particles.filter(|p| p.body == body).map(|p| (p.velocity[0], p.mass)).collect();
     by_speed.sort_by(|a, b| b.0.total_cmp(&a.0));
     let wanted = share * by_speed.iter().map(|p| p.1).sum::<f64>();
     let mut sum = 0.0;
@@ -95,7 +102,7 @@ mod tests {
             })
             .collect();
         let mut state = State::new(particles, &setting);
-        let (sound, mass) = (state.particles[0].sound_speed, 27.0 * density * volume);
+        let (sound, mass) = (state.particles().next().expect("one").sound_speed, 27.0 * density * volume);
         let start = entry(&state, &setting, 4.0, None);
         state.step(&setting, dt).expect("a step");
         let end = entry(&state, &setting, 4.0, Some(&start));

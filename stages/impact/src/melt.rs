@@ -12,7 +12,7 @@ pub fn snapshot<const D: usize>(
     multiple: f64,
     projectile_mass: f64,
 ) -> Snapshot {
-    let mut order: Vec<&Particle<D>> = state.particles.iter().collect();
+    let mut order: Vec<Particle<D>> = state.particles().collect();
     order.sort_by_key(|p| p.id);
     let mut out = Particles::default();
     let mut melt = vec![Melt::default(); setting.laws.len()];
@@ -27,7 +27,7 @@ pub fn snapshot<const D: usize>(
         sums.by_phase[intact.phase as usize] += share;
         sums.by_phase_own_volume[eos.point(own_volume, p.energy).phase as usize] += share;
         sums.liquid += share * intact.liquid;
-        push(&mut out, p, volume, &intact, ring);
+        push(&mut out, &p, volume, &intact, ring);
     }
     Snapshot { time: state.time, particles: out, melt }
 }
@@ -39,11 +39,11 @@ fn push<const D: usize>(out: &mut Particles, p: &Particle<D>, volume: f64, intac
     }
     out.mass.push((ring * p.mass) as f32);
     out.density.push((1.0 / volume) as f32);
-    out.pressure.push(p.pressure as f32);
+    out.pressure.push(p.pressure() as f32);
     out.temperature.push(intact.temperature as f32);
     out.energy.push(p.energy as f32);
     out.liquid.push(intact.liquid as f32);
     out.phase.push(intact.phase as u8);
     out.body.push(p.body);
-    out.failed.push(p.failed as u8);
+    out.failed.push(p.failed() as u8);
 }

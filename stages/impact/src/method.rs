@@ -34,6 +34,13 @@ pub enum Scheme {
     Musl,
 }
 
+impl Scheme {
+    /// Whether matter deforms in a pass of its own after its motion.
+    pub fn deforms_last(self) -> bool {
+        matches!(self, Scheme::Usl | Scheme::Musl)
+    }
+}
+
 /// The variant of the method.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Method {

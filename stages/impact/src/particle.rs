@@ -1,7 +1,109 @@
-//! A material point.
+//! A material point, and the matter in it: one, or eight side by side.
+use hvi_kit::lanes::{Eight, Real};
 use serde::{Deserialize, Serialize};
+use std::ops::{Deref, DerefMut};
 
-/// A material point in `D` dimensions; tensors are always 3 x 3 (in (r, z) the third axis is the hoop).
+/// Declares [`Matter`] and what goes through all of its fields.
+macro_rules! matter {
+    ($($(#[$doc:meta])* $name:ident),* $(,)?) => {
+        /// State of the matter of a particle: `T` is f64, eight lanes of it, or their memory.
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+        pub struct Matter<T> {
+            $($(#[$doc])* pub $name: T,)*
+            /// Deviatoric stress xx, yy, zz, xy, yz, xz [Pa].
+            pub stress: [T; 6],
+        }
+
+        impl Matter<[f64; 8]> {
+            /// Eight copies.
+            pub fn filled(m: &Matter<f64>) -> Self {
+                Matter { $($name: [m.$name; 8],)* stress: m.stress.map(|s| [s; 8]) }
+            }
+            /// Particle `lane`.
+            #[inline(always)]
+            pub fn get(&self, lane: usize) -> Matter<f64> {
+                Matter { $($name: self.$name[lane],)* stress: self.stress.map(|s| s[lane]) }
+            }
+            /// Makes `m` particle `lane`.
+            pub fn set(&mut self, lane: usize, m: &Matter<f64>) {
+                $(self.$name[lane] = m.$name;)*
+                (0..6).for_each(|k| self.stress[k][lane] = m.stress[k]);
+            }
+            /// All eight.
+            #[inline(always)]
+            pub fn load<R: Eight>(&self) -> Matter<R> {
+                let s = &self.stress;
+                let stress =
+                    [R::load(&s[0]), R::load(&s[1]), R::load(&s[2]), R::load(&s[3]), R::load(&s[4]), R::load(&s[5])];
+                Matter { $($name: R::load(&self.$name),)* stress }
+            }
+            /// Keeps all eight.
+            #[inline(always)]
+            pub fn store<R: Eight>(&mut self, m: &Matter<R>) {
+                $(m.$name.store(&mut self.$name);)*
+                for k in 0..6 {
+                    m.stress[k].store(&mut self.stress[k]);
+                }
+            }
+        }
+    };
+}
+
+matter! {
+    /// Mass [kg]: per square metre in one dimension, per radian in axisymmetry.
+    mass,
+    /// Volume at the start [m3], per the same.
+    volume,
+    /// Volume over volume at the start; goes on counting the void when the particle has failed.
+    ratio,
+    /// Specific internal energy [J/kg].
+    energy,
+    /// Equivalent plastic strain.
+    plastic_strain,
+    /// Johnson-Cook damage; 1 or more: failed, by damage or spall, so that it carries no tension and no shear.
+    damage,
+    /// Pressure of the equation of state, before any tension cut-off [Pa].
+    unclamped,
+    /// Bulk modulus rho c_b^2 [Pa].
+    stiffness,
+    /// Longitudinal sound speed [m/s].
+    sound_speed,
+    /// Temperature [K].
+    temperature,
+    /// T* = (T - T_r) / (T_m - T_r) of Johnson-Cook, 1 where molten.
+    homologous,
+    /// Johnson-Cook's `1 - T*^m`, 0 where melted or failed.
+    softening,
+    /// Johnson-Cook's `A + B ep^n` [Pa].
+    hardened,
+    /// Velocity divergence in the last step [1/s].
+    divergence,
+}
+
+impl<R: Real> Matter<R> {
+    /// 1 where failed, else 0.
+    #[inline(always)]
+    pub fn failed(&self) -> R {
+        R::of(0.0).where_less(self.damage, R::of(1.0), R::of(1.0))
+    }
+    /// 1 where failed and pulled apart: a void is open, so it neither carries pressure nor resists. Else 0.
+    #[inline(always)]
+    pub fn open(&self) -> R {
+        self.failed().where_less(self.unclamped, R::of(0.0), R::of(0.0))
+    }
+    /// Pressure that acts [Pa].
+    #[inline(always)]
+    pub fn pressure(&self) -> R {
+        self.unclamped.where_less(self.damage, R::of(1.0), self.unclamped.at_least(0.0))
+    }
+    /// Yield stress at the reference rate [Pa].
+    #[inline(always)]
+    pub fn yield_stress(&self) -> R {
+        self.hardened * self.softening
+    }
+}
+
+/// A material point in `D` dimensions; tensors of its matter are always 3 x 3 (in (r, z) the third axis is the hoop).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Particle<const D: usize> {
     /// Position [m]; `[axis, radius]` in axisymmetry.
@@ -13,85 +115,38 @@ pub struct Particle<const D: usize> {
     /// Affine part of the velocity field around the particle [1/s], `[component][axis]`.
     #[serde(with = "padded::square")]
     pub affine: [[f64; D]; D],
-    /// Mass [kg]: per square metre in one dimension, per radian in axisymmetry.
-    pub mass: f64,
-    /// Volume at the start [m3], per the same.
-    pub volume: f64,
-    /// Volume over volume at the start; goes on counting the void when the particle has failed.
-    pub ratio: f64,
-    /// Specific internal energy [J/kg].
-    pub energy: f64,
-    /// Deviatoric stress xx, yy, zz, xy, yz, xz [Pa].
-    pub stress: [f64; 6],
-    /// Equivalent plastic strain.
-    pub plastic_strain: f64,
-    /// Johnson-Cook damage; 1 is failure.
-    pub damage: f64,
-    /// Pressure that acts [Pa].
-    pub pressure: f64,
-    /// Pressure of the equation of state, before any tension cut-off [Pa].
-    pub unclamped: f64,
-    /// Largest tension carried [Pa], infinite where spall is off.
-    pub tension_limit: f64,
-    /// Bulk modulus rho c_b^2 [Pa].
-    pub stiffness: f64,
-    /// Longitudinal sound speed [m/s].
-    pub sound_speed: f64,
-    /// Temperature [K].
-    pub temperature: f64,
-    /// Johnson-Cook's `1 - T*^m`, 0 where melted or failed.
-    pub softening: f64,
-    /// Johnson-Cook's `A + B ep^n` [Pa].
-    pub hardened: f64,
-    /// Yield stress at the reference rate [Pa].
-    pub yield_stress: f64,
-    /// Velocity divergence in the last step [1/s].
-    pub divergence: f64,
+    /// Its matter; its fields are the particle's.
+    pub matter: Matter<f64>,
     /// Number at the start, kept through all sorting.
     pub id: u32,
     /// Index of the body.
     pub body: u8,
-    /// Failed: carries no tension and no shear.
-    pub failed: bool,
     /// No other particle shared a node with it in the last step: it flies on as it is.
     pub alone: bool,
+}
+
+impl<const D: usize> Deref for Particle<D> {
+    type Target = Matter<f64>;
+    fn deref(&self) -> &Matter<f64> {
+        &self.matter
+    }
+}
+impl<const D: usize> DerefMut for Particle<D> {
+    fn deref_mut(&mut self) -> &mut Matter<f64> {
+        &mut self.matter
+    }
 }
 
 impl<const D: usize> Particle<D> {
     /// Matter at rest in itself; the state of its material is filled in by [`crate::material::Law::prepare`].
     pub fn new(position: [f64; D], velocity: [f64; D], mass: f64, volume: f64, id: u32, body: u8) -> Self {
-        Self {
-            position,
-            velocity,
-            affine: [[0.0; D]; D],
-            mass,
-            volume,
-            ratio: 1.0,
-            energy: 0.0,
-            stress: [0.0; 6],
-            plastic_strain: 0.0,
-            damage: 0.0,
-            pressure: 0.0,
-            unclamped: 0.0,
-            tension_limit: f64::INFINITY,
-            stiffness: 0.0,
-            sound_speed: 0.0,
-            temperature: 0.0,
-            softening: 0.0,
-            hardened: 0.0,
-            yield_stress: 0.0,
-            divergence: 0.0,
-            id,
-            body,
-            failed: false,
-            alone: false,
-        }
+        let matter = Matter { mass, volume, ratio: 1.0, ..Matter::default() };
+        Self { position, velocity, affine: [[0.0; D]; D], matter, id, body, alone: false }
     }
 
-    /// Failed and pulled apart: a void is open, so it neither carries pressure nor resists.
-    #[inline(always)]
-    pub fn is_open(&self) -> bool {
-        self.failed && self.unclamped < 0.0
+    /// Failed: carries no tension and no shear.
+    pub fn failed(&self) -> bool {
+        self.damage >= 1.0
     }
 
     /// Kinetic energy, the affine motion's included [J] (per the mass's unit); `moment` [m2] is the kernel's, see

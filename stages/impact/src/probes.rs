@@ -107,16 +107,16 @@ impl Following {
             add(name, at.map(Length::si), Track::Point(Vec::new()), None, Vec::new());
         }
         for (name, x) in &asked.planes {
-            let mut beyond = vec![false; state.particles.len()];
-            state.particles.iter().for_each(|p| beyond[p.id as usize] = p.position[0] >= x.si());
+            let mut beyond = vec![false; state.count()];
+            state.particles().for_each(|p| beyond[p.id as usize] = p.position[0] >= x.si());
             add(name, [x.si(), 0.0, 0.0], Track::Plane(Vec::new()), None, beyond);
         }
         for (name, at) in &asked.particles {
             let at = at.map(Length::si);
             let apart =
                 |p: &Particle<D>| (0..D).map(|d| (p.position[d] - at[d]) * (p.position[d] - at[d])).sum::<f64>();
-            let order = |a: &&Particle<D>, b: &&Particle<D>| apart(a).total_cmp(&apart(b)).then(a.id.cmp(&b.id));
-            let id = state.particles.iter().min_by(order).map(|p| p.id);
+            let order = |a: &Particle<D>, b: &Particle<D>| apart(a).total_cmp(&apart(b)).then(a.id.cmp(&b.id));
+            let id = state.particles().min_by(order).map(|p| p.id);
             add(name, at, Track::Particle(Vec::new()), id, Vec::new());
         }
         following.step(state, setting, layout);
@@ -130,7 +130,7 @@ impl Following {
         }
         for ((probe, beyond), passed) in self.probes.iter().zip(&mut self.beyond).zip(&mut self.passed) {
             if !beyond.is_empty() {
-                pass(&state.particles, probe.place[0], beyond, passed);
+                pass(state.particles(), probe.place[0], beyond, passed);
             }
         }
         let samples = f64::from(self.samples);
@@ -143,8 +143,8 @@ impl Following {
             match &mut self.probes[k].track {
                 Track::Point(all) => all.push(at_place(state, setting, place)),
                 Track::Particle(all) => {
-                    let own = state.particles.iter().find(|p| Some(p.id) == self.ids[k]);
-                    all.extend(own.map(|p| of_particle(p, &setting.laws[p.body as usize], time)));
+                    let own = state.particles().find(|p| Some(p.id) == self.ids[k]);
+                    all.extend(own.map(|p| of_particle(&p, &setting.laws[p.body as usize], time)));
                 }
                 Track::Plane(all) => {
                     let (p, m) = (&self.passed[k], layout.multiple);
@@ -167,7 +167,12 @@ impl Following {
 }
 
 /// Books what has gone through the plane at `x` [m] since the last look.
-fn pass<const D: usize>(particles: &[Particle<D>], x: f64, beyond: &mut [bool], passed: &mut Passed) {
+fn pass<const D: usize>(
+    particles: impl Iterator<Item = Particle<D>>,
+    x: f64,
+    beyond: &mut [bool],
+    passed: &mut Passed,
+) {
     for p in particles {
         let (is, was) = (p.position[0] >= x, &mut beyond[p.id as usize]);
         if is != *was {
@@ -191,11 +196,11 @@ fn of_particle<const D: usize>(p: &Particle<D>, law: &Law, time: f64) -> At {
         position: padded(&p.position),
         velocity: padded(&p.velocity),
         density: 1.0 / (law.eos.reference_volume() * p.ratio),
-        pressure: p.pressure,
+        pressure: p.pressure(),
         temperature: p.temperature,
         energy: p.energy,
         plastic_strain: p.plastic_strain,
-        failed: if p.failed { 1.0 } else { 0.0 },
+        failed: if p.failed() { 1.0 } else { 0.0 },
     }
 }
 
@@ -204,7 +209,7 @@ fn of_particle<const D: usize>(p: &Particle<D>, law: &Law, time: f64) -> At {
 fn at_place<const D: usize>(state: &State<D>, setting: &Setting<D>, place: [f64; 3]) -> At {
     let mut sum = At { time: state.time, position: place, ..At::default() };
     let mut total = 0.0;
-    for p in &state.particles {
+    for p in state.particles() {
         for image in 0..1usize << D {
             let turned = |d: usize| image >> d & 1 == 1;
             if (0..D).any(|d| turned(d) && !setting.mirrors[d]) {
@@ -214,7 +219,7 @@ fn at_place<const D: usize>(state: &State<D>, setting: &Setting<D>, place: [f64;
             let near = |d: usize| (1.0 - (sign(d) * p.position[d] - place[d]).abs() / setting.cell).max(0.0);
             let weight = p.mass * (0..D).map(near).product::<f64>();
             if weight > 0.0 {
-                let mut own = of_particle(p, &setting.laws[p.body as usize], state.time);
+                let mut own = of_particle(&p, &setting.laws[p.body as usize], state.time);
                 (0..D).for_each(|d| own.velocity[d] *= sign(d));
                 total += weight;
                 sum.add(&own, weight);

@@ -1,45 +1,90 @@
-//! The last part of a MUSL step: the particles' new velocities go to the grid once more, and their gradient there deforms matter.
+//! Matter's deformation where it is a pass of its own: before the forces (USF), by the velocities at the end of the step (USL), or by the
+//! particles' new velocities, which go to the grid once more (MUSL).
 use crate::g2p;
-use crate::grid::Grid;
-use crate::grid_update;
-use crate::kernel::Stencil;
-use crate::p2g::{Work, full_gradient};
-use crate::particle::Particle;
-use crate::step::{Setting, Totals};
+use crate::grid::{Grid, see_end, see_mean, see_velocity};
+use crate::method::Scheme;
+use crate::p2g::full_gradient;
+use crate::step::Setting;
+use crate::store::{Site, Store};
+use crate::task::{Crew, Desk, Task};
+use crate::transfer::{By, Square, Sums, gather};
+use crate::xpic;
+use hvi_kit::lanes::Eight;
 
-/// Deforms all particles by the gradient of their own velocities on the grid, at the weights of the start of the step.
+/// Deforms all particles by the gradient on the grid that the method's scheme wants, at the weights of the start of the step; at its end
+/// they move by their `extra`.
 pub fn deform<const D: usize>(
-    particles: &mut [Particle<D>],
-    work: &[Work<D>],
+    store: &mut Store<D>,
     grid: &mut Grid<D>,
     setting: &Setting<D>,
     cut: f64,
     dt: f64,
-    totals: &mut Totals,
+    crew: &mut Crew,
 ) {
-    grid.nodes.iter_mut().for_each(|n| n.next = [0.0; D]);
-    for (p, w) in particles.iter().zip(work) {
-        for row in 0..Stencil::<D>::ROWS {
-            let r = w.stencil.row(row, setting.cell);
-            for k in 0..4 {
-                let m = p.mass * r.weight * w.stencil.weight[D - 1][k];
-                let node = grid.at(w.slot, 4 * row + k);
-                for c in 0..D {
-                    node.next[c] += m * p.velocity[c];
+    if setting.method.scheme == Scheme::Musl {
+        xpic::average(store, grid, setting, false, crew);
+    }
+    crew.each(store, setting, &Deform { setting, grid, cut, dt });
+}
+
+struct Deform<'a, const D: usize> {
+    setting: &'a Setting<D>,
+    grid: &'a Grid<D>,
+    cut: f64,
+    dt: f64,
+}
+
+impl<const D: usize> Task<D> for Deform<'_, D> {
+    #[inline(always)]
+    fn run<R: Eight, const N: usize>(&self, site: &mut Site<D>, desk: &mut Desk) {
+        let setting = self.setting;
+        let scheme = setting.method.scheme;
+        let [window, other] = &mut *desk.windows;
+        match scheme {
+            Scheme::Midpoint | Scheme::Usf => see_velocity(site, self.grid, self.cut, window),
+            Scheme::Usl => see_end(site, self.grid, self.cut, self.dt, false, window, other),
+            Scheme::Musl => see_mean(site, self.grid, self.cut, window),
+        }
+        let origin = site.origin();
+        for group in &mut site.groups {
+            let law = &setting.laws[group.body as usize];
+            for k in 0..group.packs.len() {
+                let live = group.live(k);
+                let Desk { lines, windows, sums, quads, .. } = &mut *desk;
+                let (pack, at) = (&mut group.packs[k], &mut sums[0]);
+                lines.fill::<R, D, N>(&pack.position, &origin, setting.method.kernel, setting.cell);
+                if live < 8 {
+                    *at = Sums::NONE;
+                }
+                pack.velocity_quads(R::of(0.0), R::of(1.0), &mut quads[0]);
+                for lane in 0..live {
+                    let nothing = Square::Nothing;
+                    gather::<R, D, N>(&windows[0], lines, lane, By::Slope, nothing, &quads[0], &g2p::NONE, at);
+                }
+                let across = D.min(2) - 1;
+                let radial = R::load(&pack.velocity[across]) + R::columns(&at.mean)[across + 1];
+                let l = full_gradient::<R, D>(at, radial, R::load(&pack.position[across]), setting);
+                let mut m = pack.matter.load::<R>();
+                let old = m;
+                let own = (m.mass * R::load(&lines.own)).times(1.0 + 1e-9);
+                let shared = match scheme {
+                    // Only here the field has the nodes' masses; `alone` is not known yet.
+                    Scheme::Midpoint | Scheme::Usf => R::of(1.0).where_less(own, R::columns(&at.mean)[0], R::of(0.0)),
+                    Scheme::Usl | Scheme::Musl => R::of(1.0) - R::load(&pack.alone),
+                };
+                let limited = law.deform(&mut m, &l, self.dt) * shared;
+                g2p::keep_where_alone(&mut m, &old, R::of(0.0), shared);
+                pack.matter.store(&m);
+                site.booked.limited += (limited * g2p::counted::<R>(live)).sum() as u64;
+                if scheme.deforms_last() {
+                    for d in 0..D {
+                        (R::load(&pack.position[d]) + R::load(&group.extra[k][d])).store(&mut pack.position[d]);
+                    }
+                    g2p::reflect::<R, D>(pack, &setting.mirrors);
                 }
             }
+            g2p::evaluate::<R, D>(group, law, setting.instructions, desk);
+            g2p::book_extremes::<R, D>(group, &mut site.booked);
         }
-    }
-    grid_update::means(grid, cut);
-    for (p, w) in particles.iter_mut().zip(work) {
-        if !w.alone {
-            let sums = g2p::gather_end(p, w, grid, setting.cell);
-            let radial = p.velocity[D.min(2) - 1] + sums.mean[D.min(2) - 1];
-            let l = full_gradient(&sums.gradient, radial, w.radius, setting);
-            let law = &setting.laws[p.body as usize];
-            totals.limited += law.deform(p, &l, dt) as u64;
-            law.evaluate(p);
-        }
-        g2p::reflect(p, &setting.mirrors);
     }
 }

@@ -75,7 +75,9 @@ impl Stage for ImpactStage {
             _ => (2500.0, 2.0 * KEPT),
         };
         let each = held + kept * (params.times.len() + 1) as f64;
-        Needs { threads: 1, memory: (8 << 20) + (scene::count(params, &layout) * each) as u64 }
+        let count = scene::count(params, &layout);
+        // Fewer particles a thread than this wait for each other more than they gain.
+        Needs { threads: 1 + (count / 10_000.0) as usize, memory: (8 << 20) + (count * each) as u64 }
     }
 
     fn run(params: &Params, inputs: ImpactInputs, ctx: &Ctx<'_>) -> Result<Impact, StageError> {
@@ -147,7 +149,8 @@ fn attempt<const D: usize>(
     let layout = Layout::of(params);
     let pieces = pieces(params, &layout);
     let densities: Vec<f64> = eos.iter().map(|eos| 1.0 / eos.reference_volume()).collect();
-    let setting = setting::<D>(params, &layout, &pieces, eos.to_vec());
+    let mut setting = setting::<D>(params, &layout, &pieces, eos.to_vec());
+    setting.threads = ctx.threads;
     let materials: Vec<&Material> = pieces.iter().map(|piece| piece.material).collect();
     let entry = |state: &State<D>, start: Option<&Ledger>| ledger::entry(state, &setting, layout.multiple, start);
     let mut run: Progress<D> = kept.unwrap_or_else(|| {
@@ -189,7 +192,7 @@ fn attempt<const D: usize>(
 /// The result of a run that has come to its end.
 fn whole<const D: usize>(plan: &Plan, layout: &Layout, run: Progress<D>) -> Impact {
     let params = &plan.params;
-    let leading = [0.001, 0.01, 0.05].map(|share| ledger::leading(&run.state.particles, 0, share));
+    let leading = [0.001, 0.01, 0.05].map(|share| ledger::leading(run.state.particles(), 0, share));
     let size = params.projectile.size().min(params.plate.thickness.si());
     Impact {
         space: scene::space(params.space()),
@@ -248,8 +251,7 @@ fn acting(params: &Params, material: &Material) -> Material {
 }
 
 fn bodies<const D: usize>(pieces: &[Piece<'_>], state: &State<D>, multiple: f64, densities: &[f64]) -> Vec<Body> {
-    let mass =
-        |b: usize| multiple * state.particles.iter().filter(|p| p.body as usize == b).map(|p| p.mass).sum::<f64>();
+    let mass = |b: usize| multiple * state.particles().filter(|p| p.body as usize == b).map(|p| p.mass).sum::<f64>();
     pieces
         .iter()
         .enumerate()

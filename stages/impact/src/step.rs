@@ -2,15 +2,20 @@
 //!
 //! Cubic B-splines, affine (APIC) transfer, stress at the middle of the step, and every joule that a transfer takes out of
 //! motion returned as heat: kinetic (affine included) plus internal energy is conserved to rounding.
-use crate::conduction::Conduction;
 use crate::contact::Contact;
-use crate::grid::{Grid, Lost};
+use crate::g2p::Update;
+use crate::grid::{Grid, Shared};
 use crate::material::Law;
-use crate::method::{Method, Scheme};
-use crate::p2g::Work;
+use crate::method::{Method, Scheme, Transfer};
+use crate::p2g::{Force, Momentum};
 use crate::particle::Particle;
-use crate::{g2p, grid_update, p2g, remap, xpic};
+use crate::signal::{self, Signal};
+use crate::store::{Frame, Lost, Store};
+use crate::task::Crew;
+use crate::{conduction, remap, xpic};
+use hvi_kit::lanes::Instructions;
 use serde::{Deserialize, Serialize};
+use std::any::Any;
 
 /// What stays the same through a run.
 pub struct Setting<const D: usize> {
@@ -28,6 +33,10 @@ pub struct Setting<const D: usize> {
     pub method: Method,
     /// Bodies meet in the course of the run: no particle may go further than `cfl` cells in a step.
     pub has_gaps: bool,
+    /// Threads that do the passes; the answer has the same bits for any number.
+    pub threads: usize,
+    /// Instruction set of the inner loops; the answer has the same bits on all.
+    pub instructions: Instructions,
     /// Number of the material of each body: bodies of the same law share one.
     materials: Vec<usize>,
 }
@@ -44,6 +53,8 @@ impl<const D: usize> Setting<D> {
             cfl: 0.5,
             method: Method::default(),
             has_gaps: false,
+            threads: 1,
+            instructions: Instructions::best(),
             materials,
         }
     }
@@ -54,10 +65,53 @@ impl<const D: usize> Setting<D> {
         self.materials[body as usize]
     }
 
-    /// Radius to divide by [m]: a particle may come to lie on the axis to rounding.
+    /// Least radius to divide by [m]: a particle may come to lie on the axis to rounding.
     #[inline(always)]
-    pub fn radius(&self, radius: f64) -> f64 {
-        radius.max(1e-9 * self.cell)
+    pub fn least_radius(&self) -> f64 {
+        1e-9 * self.cell
+    }
+
+    /// Numbers of materials that conduct heat are below this.
+    fn conductors(&self) -> usize {
+        if self.method.conduction > 0.0 { self.materials.iter().max().map_or(0, |m| m + 1) } else { 0 }
+    }
+
+    fn frame(&self) -> Frame {
+        let kernel = self.method.kernel;
+        Frame { cell: self.cell, reach: kernel.reach(), apart: self.method.friction.is_some() }
+    }
+}
+
+/// What a step adds to the accounts of a block's particles.
+#[derive(Clone, Copy, Debug)]
+pub struct Booked {
+    /// See [`Totals`].
+    pub viscous: f64,
+    /// See [`Totals`].
+    pub transfer: f64,
+    /// See [`Totals`].
+    pub floored: f64,
+    /// See [`Totals`].
+    pub limited: u64,
+    /// See [`Totals`].
+    pub highest_pressure: f64,
+    /// See [`Totals`].
+    pub least_ratio: f64,
+    /// A particle's state isn't finite.
+    pub wrong: bool,
+}
+
+impl Default for Booked {
+    fn default() -> Self {
+        Booked {
+            viscous: 0.0,
+            transfer: 0.0,
+            floored: 0.0,
+            limited: 0,
+            highest_pressure: f64::NEG_INFINITY,
+            least_ratio: f64::INFINITY,
+            wrong: false,
+        }
     }
 }
 
@@ -78,6 +132,17 @@ pub struct Totals {
     pub least_ratio: f64,
 }
 
+impl Totals {
+    fn add(&mut self, booked: &Booked) {
+        self.viscous += booked.viscous;
+        self.transfer += booked.transfer;
+        self.floored += booked.floored;
+        self.limited += booked.limited;
+        self.highest_pressure = self.highest_pressure.max(booked.highest_pressure);
+        self.least_ratio = self.least_ratio.min(booked.least_ratio);
+    }
+}
+
 /// A run under way; what only lives within a step is not part of its checkpoints.
 #[derive(Serialize, Deserialize)]
 pub struct State<const D: usize> {
@@ -89,40 +154,35 @@ pub struct State<const D: usize> {
     pub dt: f64,
     /// Time step of the first step [s].
     pub first_dt: f64,
-    /// The particles.
-    pub particles: Vec<Particle<D>>,
     /// Accounts.
     pub totals: Totals,
+    store: Store<D>,
+    /// A particle beyond the grid's range from the start, if any.
+    lost: Option<u32>,
     #[serde(skip)]
     grid: Grid<D>,
     #[serde(skip)]
-    slots: Vec<u32>,
-    #[serde(skip)]
-    work: Vec<Work<D>>,
-    #[serde(skip)]
-    conduction: Conduction,
-    #[serde(skip)]
     contact: Contact<D>,
+    #[serde(skip)]
+    crew: Crew,
     cut: f64,
 }
 
 /// What stopped a run.
 #[derive(Debug)]
 pub enum Stop {
-    /// A particle (index) left the range of numbers.
-    Lost(usize),
-    /// A particle's (index) energy, volume or pressure isn't finite.
-    NotFinite(usize),
-    /// The time step [s] fell below a thousandth of the first, by this particle (index).
-    Collapsed(usize, f64),
+    /// A particle (its number at the start) left the range of numbers.
+    Lost(u32),
+    /// A particle's energy, volume or pressure isn't finite.
+    NotFinite(u32),
+    /// The time step [s] fell below a thousandth of the first, by this particle.
+    Collapsed(u32, f64),
 }
 
 /// Nodes lighter than this times a mean particle stand still.
 const EMPTY: f64 = 1e-12;
 /// The time step grows by no more than this.
 const GROWTH: f64 = 1.1;
-/// Steps between sorts of the particles by cell: they move less than half a cell a step.
-const SORT: u64 = 16;
 /// Least time step over the first.
 const COLLAPSE: f64 = 1e-3;
 
@@ -135,20 +195,35 @@ impl<const D: usize> State<D> {
         let mass: f64 = particles.iter().map(|p| p.mass).sum();
         let cut = EMPTY * mass / particles.len() as f64;
         let totals = Totals { least_ratio: 1.0, ..Totals::default() };
+        let (store, lost) = Store::new(&particles, setting.frame());
         State {
             time: 0.0,
             steps: 0,
             dt: f64::INFINITY,
             first_dt: f64::INFINITY,
-            particles,
             totals,
+            store,
+            lost: lost.map(|Lost(id)| id),
             grid: Grid::default(),
-            slots: Vec::new(),
-            work: Vec::new(),
-            conduction: Conduction::default(),
             contact: Contact::default(),
+            crew: Crew::default(),
             cut,
         }
+    }
+
+    /// All particles, those of a block of the grid together.
+    pub fn particles(&self) -> impl Iterator<Item = Particle<D>> {
+        self.store.iter()
+    }
+
+    /// How many particles there are.
+    pub fn count(&self) -> usize {
+        self.store.len()
+    }
+
+    /// Changes every particle's state; none may leave its cell.
+    pub fn alter(&mut self, change: impl FnMut(&mut Particle<D>)) {
+        self.store.alter(change);
     }
 
     /// Takes one step, not beyond time `until` [s].
@@ -156,69 +231,88 @@ impl<const D: usize> State<D> {
     /// # Errors
     /// [`Stop`] where a particle's state leaves what the method can carry.
     pub fn step(&mut self, setting: &Setting<D>, until: f64) -> Result<(), Stop> {
+        // The inner loops are compiled here, once a dimension, and not again in every crate that takes steps.
+        match D {
+            1 => step_line(self, setting, until),
+            2 => step_plane(self, setting, until),
+            _ => step_space(self, setting, until),
+        }
+    }
+
+    fn take_step(&mut self, setting: &Setting<D>, until: f64) -> Result<(), Stop> {
+        if let Some(id) = self.lost {
+            return Err(Stop::Lost(id));
+        }
         let dt = self.choose_dt(setting, until)?;
-        if self.steps.is_multiple_of(SORT) {
-            self.sort(setting.cell);
+        let method = &setting.method;
+        let cut = self.cut;
+        let State { store, grid, crew, contact, .. } = self;
+        // Passes of any but the plain method take four nodes an axis.
+        let plain = method.scheme == Scheme::Midpoint && method.friction.is_none();
+        let plain =
+            plain && matches!(method.transfer, Transfer::Apic | Transfer::Flip) && !setting.instructions.is_portable();
+        store.touch(if plain { method.kernel.nodes() } else { 4 });
+        grid.lay_out(store, &setting.mirrors, setting.conductors(), method.friction.is_some());
+        crew.each(store, setting, &Momentum { setting, field: Shared::new(&mut grid.start) });
+        grid.fold_start();
+        if let Some(friction) = method.friction {
+            contact.find(store, grid, setting, cut, crew);
+            contact.meet(grid, friction);
         }
-        let (grid, work) = (&mut self.grid, &mut self.work);
-        grid.lay_out(
-            &self.particles,
-            setting.cell,
-            &setting.mirrors,
-            setting.method.friction.is_some(),
-            &mut self.slots,
-        )
-        .map_err(|Lost(i)| Stop::Lost(i))?;
-        p2g::momentum(&self.particles, &self.slots, grid, setting, work);
-        grid_update::velocities(grid, self.cut);
-        if let Some(friction) = setting.method.friction {
-            self.contact.find(&self.particles, work, grid, setting, self.cut);
-            self.contact.meet(grid, friction);
+        if let Transfer::Xpic { order } = method.transfer {
+            xpic::damp(store, grid, setting, order, cut, crew);
         }
-        p2g::gradients(&self.particles, work, grid, setting.cell);
-        xpic::damp(&self.particles, work, grid, setting, self.cut);
-        if setting.method.conduction > 0.0 {
-            self.conduction.conduct(&self.particles, work, grid, setting, dt);
+        store.sites.iter_mut().flatten().for_each(|site| site.booked = Booked::default());
+        if method.scheme == Scheme::Usf {
+            remap::deform(store, grid, setting, cut, dt, crew);
         }
-        p2g::force(&mut self.particles, work, grid, setting, dt);
-        grid_update::accelerate(grid, self.cut, dt);
-        if let Some(friction) = setting.method.friction {
-            self.contact.part(grid, friction);
-            self.contact.warm(&self.particles, work, grid, setting.cell);
+        let mut force = std::mem::take(&mut grid.force);
+        crew.each(store, setting, &Force { setting, grid, field: Shared::new(&mut force), cut, dt });
+        grid.force = force;
+        if method.conduction > 0.0 {
+            conduction::conduct(store, grid, setting, dt, crew);
         }
-        let wrong = g2p::update(&mut self.particles, work, grid, setting, dt, &mut self.totals);
-        if setting.method.scheme == Scheme::Musl {
-            remap::deform(&mut self.particles, work, grid, setting, self.cut, dt, &mut self.totals);
+        grid.fold_force();
+        if let Some(friction) = method.friction {
+            contact.part(grid, friction, dt);
+            contact.warm(store, setting, crew);
+        }
+        crew.each(store, setting, &Update { setting, grid, cut, dt });
+        if method.scheme.deforms_last() {
+            remap::deform(store, grid, setting, cut, dt, crew);
+        }
+        let mut wrong = false;
+        for site in store.sites.iter().flatten() {
+            self.totals.add(&site.booked);
+            wrong |= site.booked.wrong;
         }
         self.time = if self.time + dt >= until * (1.0 - 1e-15) { until } else { self.time + dt };
         self.steps += 1;
-        wrong.map_or(Ok(()), |i| Err(Stop::NotFinite(i)))
+        if wrong {
+            let found = self.store.iter().find(|p| !(p.energy + p.ratio + p.unclamped).is_finite());
+            return Err(Stop::NotFinite(found.map_or(0, |p| p.id)));
+        }
+        self.store.settle().map_err(|Lost(id)| Stop::Lost(id))
     }
 
     /// Step 0: `dt = CFL dx / max(Q + sqrt(Q^2 + c^2))`, growing slowly; in the first steps, where the divergence at the
     /// contact isn't known yet, the impact speed stands in for it. Where bodies meet later, speed bounds the signal from below.
     fn choose_dt(&mut self, setting: &Setting<D>, until: f64) -> Result<f64, Stop> {
-        let (mut signal, mut speed2, mut fastest) = (0.0, 0.0f64, 0);
-        for (i, p) in self.particles.iter().enumerate() {
-            let s = Law::signal_speed(p, setting.cell);
-            if s > signal && !p.alone {
-                (signal, fastest) = (s, i);
-            }
-            if self.steps < 3 || setting.has_gaps {
-                speed2 = speed2.max(p.velocity.iter().map(|v| v * v).sum());
-            }
-        }
+        let with_speed = self.steps < 3 || setting.has_gaps;
+        let Signal { mut speed, velocity } = signal::fastest(&mut self.store, setting, with_speed, &mut self.crew);
         if self.steps < 3 {
-            signal += Law::CONTACT * speed2.sqrt();
+            speed += Law::CONTACT * velocity;
         } else {
-            signal = signal.max(speed2.sqrt());
+            speed = speed.max(velocity);
         }
-        self.dt = (setting.cfl * setting.cell / signal).min(GROWTH * self.dt);
+        self.dt = (setting.cfl * setting.cell / speed).min(GROWTH * self.dt);
         if self.steps == 0 {
             self.first_dt = self.dt;
         }
         if self.dt.is_nan() || self.dt < COLLAPSE * self.first_dt {
-            return Err(Stop::Collapsed(fastest, self.dt));
+            let of = |p: &Particle<D>| Law::signal_speed(p.sound_speed, p.divergence, setting.cell);
+            let fastest = self.store.iter().filter(|p| !p.alone).max_by(|a, b| of(a).total_cmp(&of(b)));
+            return Err(Stop::Collapsed(fastest.map_or(0, |p| p.id), self.dt));
         }
         // The last two steps before an output time share what is left, so that none is tiny.
         let left = until - self.time;
@@ -230,12 +324,19 @@ impl<const D: usize> State<D> {
             self.dt
         })
     }
+}
 
-    /// Sorts the particles by block and cell, so that neighbours in space are neighbours in memory.
-    fn sort(&mut self, cell: f64) {
-        self.particles.sort_by_cached_key(|p| {
-            let c: [i64; D] = std::array::from_fn(|d| crate::kernel::cell_of(p.position[d], cell) as i64);
-            (c.map(|x| x >> 2), c, p.id)
-        });
-    }
+fn step_line(state: &mut dyn Any, setting: &dyn Any, until: f64) -> Result<(), Stop> {
+    step_in::<1>(state, setting, until)
+}
+fn step_plane(state: &mut dyn Any, setting: &dyn Any, until: f64) -> Result<(), Stop> {
+    step_in::<2>(state, setting, until)
+}
+fn step_space(state: &mut dyn Any, setting: &dyn Any, until: f64) -> Result<(), Stop> {
+    step_in::<3>(state, setting, until)
+}
+
+fn step_in<const D: usize>(state: &mut dyn Any, setting: &dyn Any, until: f64) -> Result<(), Stop> {
+    let state: &mut State<D> = state.downcast_mut().expect("a state of this dimension");
+    state.take_step(setting.downcast_ref().expect("a setting of this dimension"), until)
 }

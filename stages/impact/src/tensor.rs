@@ -1,27 +1,34 @@
-//! Small 3 x 3 tensor arithmetic: symmetric tensors as xx, yy, zz, xy, yz, xz.
+//! Small 3 x 3 tensor arithmetic, for one particle or eight: symmetric tensors as xx, yy, zz, xy, yz, xz.
+use hvi_kit::lanes::Real;
 
 /// A velocity gradient L_ij = dv_i / dx_j [1/s].
-pub type Gradient = [[f64; 3]; 3];
+pub type Gradient<R> = [[R; 3]; 3];
 /// A symmetric tensor.
-pub type Symmetric = [f64; 6];
+pub type Symmetric<R> = [R; 6];
 
 /// Trace of L.
 #[inline(always)]
-pub fn trace(l: &Gradient) -> f64 {
+pub fn trace<R: Real>(l: &Gradient<R>) -> R {
     l[0][0] + l[1][1] + l[2][2]
 }
 
 /// Determinant of `I + dt L`.
 #[inline(always)]
-pub fn determinant(l: &Gradient, dt: f64) -> f64 {
-    let m = |i: usize, j: usize| dt * l[i][j] + if i == j { 1.0 } else { 0.0 };
-    m(0, 0) * (m(1, 1) * m(2, 2) - m(1, 2) * m(2, 1)) - m(0, 1) * (m(1, 0) * m(2, 2) - m(1, 2) * m(2, 0))
-        + m(0, 2) * (m(1, 0) * m(2, 1) - m(1, 1) * m(2, 0))
+pub fn determinant<R: Real>(l: &Gradient<R>, dt: f64) -> R {
+    let mut m = *l;
+    for i in 0..3 {
+        for j in 0..3 {
+            m[i][j] = m[i][j].times(dt);
+        }
+        m[i][i] = m[i][i].plus(1.0);
+    }
+    m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0])
+        + m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0])
 }
 
 /// `S : L` for symmetric S.
 #[inline(always)]
-pub fn contract(s: &Symmetric, l: &Gradient) -> f64 {
+pub fn contract<R: Real>(s: &Symmetric<R>, l: &Gradient<R>) -> R {
     s[0] * l[0][0]
         + s[1] * l[1][1]
         + s[2] * l[2][2]
@@ -32,20 +39,24 @@ pub fn contract(s: &Symmetric, l: &Gradient) -> f64 {
 
 /// Von Mises equivalent of a deviator.
 #[inline(always)]
-pub fn equivalent(s: &Symmetric) -> f64 {
-    (1.5 * (s[0] * s[0] + s[1] * s[1] + s[2] * s[2]) + 3.0 * (s[3] * s[3] + s[4] * s[4] + s[5] * s[5])).sqrt()
+pub fn equivalent<R: Real>(s: &Symmetric<R>) -> R {
+    let normal = s[0] * s[0] + s[1] * s[1] + s[2] * s[2];
+    let shear = s[3] * s[3] + s[4] * s[4] + s[5] * s[5];
+    (normal.times(1.5) + shear.times(3.0)).root()
 }
 
 /// Elastic trial deviator after `dt`: Jaumann's rate, `dS/dt = 2 G dev(D) + W S - S W`, with shear modulus `shear` [Pa].
 #[inline(always)]
-pub fn elastic_trial(s: &Symmetric, l: &Gradient, dt: f64, shear: f64) -> Symmetric {
-    let third = trace(l) / 3.0;
-    let (wxy, wyz, wxz) = (0.5 * (l[0][1] - l[1][0]), 0.5 * (l[1][2] - l[2][1]), 0.5 * (l[0][2] - l[2][0]));
+pub fn elastic_trial<R: Real>(s: &Symmetric<R>, l: &Gradient<R>, dt: f64, shear: f64) -> Symmetric<R> {
+    let third = trace(l).times(1.0 / 3.0);
+    let wxy = (l[0][1] - l[1][0]).times(0.5);
+    let wyz = (l[1][2] - l[2][1]).times(0.5);
+    let wxz = (l[0][2] - l[2][0]).times(0.5);
     let [xx, yy, zz, xy, yz, xz] = *s;
     let spin = [
-        2.0 * (wxy * xy + wxz * xz),
-        2.0 * (wyz * yz - wxy * xy),
-        -2.0 * (wxz * xz + wyz * yz),
+        (wxy * xy + wxz * xz).times(2.0),
+        (wyz * yz - wxy * xy).times(2.0),
+        (wxz * xz + wyz * yz).times(-2.0),
         wxy * (yy - xx) + wxz * yz + wyz * xz,
         wyz * (zz - yy) - wxy * xz - wxz * xy,
         wxz * (zz - xx) + wxy * yz - wyz * xy,
@@ -54,13 +65,16 @@ pub fn elastic_trial(s: &Symmetric, l: &Gradient, dt: f64, shear: f64) -> Symmet
         l[0][0] - third,
         l[1][1] - third,
         l[2][2] - third,
-        0.5 * (l[0][1] + l[1][0]),
-        0.5 * (l[1][2] + l[2][1]),
-        0.5 * (l[0][2] + l[2][0]),
+        (l[0][1] + l[1][0]).times(0.5),
+        (l[1][2] + l[2][1]).times(0.5),
+        (l[0][2] + l[2][0]).times(0.5),
     ];
-    std::array::from_fn(|k| s[k] + dt * (spin[k] + 2.0 * shear * strain[k]))
+    let mut trial = *s;
+    for k in 0..6 {
+        trial[k] = s[k] + (spin[k] + strain[k].times(2.0 * shear)).times(dt);
+    }
+    trial
 }
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,124 +1,147 @@
-//! FLIP's and XPIC's return of velocity: what is damped away, and the motion that becomes heat.
+//! XPIC's damping of velocity: what is taken away, and the motion that becomes heat.
 //!
 //! With S the pass from grid to particles and S+ its mass-weighted transpose, XPIC of order k takes `d = (1 - S S+)^k v` from
 //! each particle's velocity (C. C. Hammerquist and J. A. Nairn, Comput. Methods Appl. Mech. Eng. 318, 724 (2017)). The loss of
 //! kinetic energy is booked where it happens: with `e_j = (1 - S S+)^j v`, and S S+ its own transpose in the mass-weighted
 //! product, `sum m v.d` is `sum m |e_j|^2` for k = 2 j and `sum m sum_i w |e_j - (S+ e_j)_i|^2` for k = 2 j + 1.
-use crate::grid::Grid;
-use crate::grid_update;
-use crate::kernel::Stencil;
-use crate::method::Transfer;
-use crate::p2g::Work;
-use crate::particle::Particle;
+use crate::g2p::NONE;
+use crate::grid::{Grid, Shared, clear_window, see_mean};
 use crate::step::Setting;
+use crate::store::{Site, Store};
+use crate::task::{Crew, Desk, Task};
+use crate::transfer::{By, Square, gather, spread};
+use hvi_kit::lanes::Eight;
 
-/// Fills in what each particle's velocity loses (`damped`) and the heat of it but for the part with the acceleration.
-/// The nodes' `next` fields are used and left at zero.
+/// Fills in what each particle's velocity loses (`extra` of its group) and the heat of it but for the part with the acceleration, for
+/// `order` passes. The field of forces is used and left at zero.
 pub fn damp<const D: usize>(
-    particles: &[Particle<D>],
-    work: &mut [Work<D>],
+    store: &mut Store<D>,
     grid: &mut Grid<D>,
     setting: &Setting<D>,
+    order: u32,
     cut: f64,
+    crew: &mut Crew,
 ) {
-    let order = match setting.method.transfer {
-        Transfer::Apic | Transfer::Flip => return,
-        Transfer::Xpic { order } => order,
-    };
-    for (p, w) in particles.iter().zip(work.iter_mut()) {
-        w.damped = p.velocity;
-        w.heat = 0.0;
+    for group in store.sites.iter_mut().flatten().flat_map(|site| &mut site.groups) {
+        group.extra.clear();
+        group.extra.extend(group.packs.iter().map(|pack| pack.velocity));
+        group.packs.iter_mut().for_each(|pack| pack.heat = [0.0; 8]);
     }
     for pass in 0..order {
-        mean(particles, work, grid, setting, cut);
-        for (p, w) in particles.iter().zip(work.iter_mut()) {
-            let (left, apart) = remainder(w, grid, setting.cell);
-            // The middle of the chain of passes holds the loss, see above.
-            if order % 2 == 1 && pass == order / 2 {
-                w.heat = p.mass * apart;
-            }
-            w.damped = left;
-            if order % 2 == 0 && pass + 1 == order / 2 {
-                w.heat = p.mass * square(&left);
-            }
-        }
+        average(store, grid, setting, true, crew);
+        // The middle of the chain of passes holds the loss, see above.
+        let books = match order % 2 {
+            1 if pass == order / 2 => Books::Apart,
+            0 if pass + 1 == order / 2 => Books::Left,
+            _ => Books::Nothing,
+        };
+        crew.each(store, setting, &Remainder { setting, grid, cut, books, is_last: pass + 1 == order });
     }
-    grid.nodes.iter_mut().for_each(|n| n.next = [0.0; D]);
-    for (p, w) in particles.iter().zip(work) {
-        w.heat -= 0.5 * p.mass * square(&w.damped);
-    }
+    grid.force.fill([0.0; 4]);
 }
 
-fn square<const D: usize>(x: &[f64; D]) -> f64 {
-    x.iter().map(|x| x * x).sum()
-}
-
-/// `next_i` = mass-weighted mean of the particles' `damped`.
-fn mean<const D: usize>(
-    particles: &[Particle<D>],
-    work: &[Work<D>],
+/// Sums over particles of mass times `extra`, or times velocity, mirrored, in the field of forces.
+pub fn average<const D: usize>(
+    store: &mut Store<D>,
     grid: &mut Grid<D>,
     setting: &Setting<D>,
-    cut: f64,
+    of_extra: bool,
+    crew: &mut Crew,
 ) {
-    grid.nodes.iter_mut().for_each(|n| n.next = [0.0; D]);
-    for (p, w) in particles.iter().zip(work) {
-        for row in 0..Stencil::<D>::ROWS {
-            let r = w.stencil.row(row, setting.cell);
-            for k in 0..4 {
-                let m = p.mass * r.weight * w.stencil.weight[D - 1][k];
-                let node = grid.at(w.slot, 4 * row + k);
+    grid.force.fill([0.0; 4]);
+    crew.each(store, setting, &Give { setting, field: Shared::new(&mut grid.force), of_extra });
+    grid.fold_force();
+}
+
+/// See [`average`].
+struct Give<'a, const D: usize> {
+    setting: &'a Setting<D>,
+    field: Shared<'a>,
+    of_extra: bool,
+}
+
+impl<const D: usize> Task<D> for Give<'_, D> {
+    #[inline(always)]
+    fn run<R: Eight, const N: usize>(&self, site: &mut Site<D>, desk: &mut Desk) {
+        let Desk { lines, windows, quads, .. } = desk;
+        clear_window(site, &mut windows[0]);
+        let origin = site.origin();
+        for group in &site.groups {
+            for (k, pack) in group.packs.iter().enumerate() {
+                lines.fill::<R, D, N>(&pack.position, &origin, self.setting.method.kernel, self.setting.cell);
+                let given = if self.of_extra { &group.extra[k] } else { &pack.velocity };
+                let mut columns = [R::of(0.0); 4];
                 for c in 0..D {
-                    node.next[c] += m * w.damped[c];
+                    columns[c + 1] = R::load(&pack.matter.mass) * R::load(&given[c]);
+                }
+                R::transposed(columns, &mut quads[0]);
+                for lane in 0..group.live(k) {
+                    spread::<R, D, N, false>(&mut windows[0], lines, lane, By::Moment, &quads[0], &NONE);
+                }
+            }
+        }
+        // SAFETY: passes do blocks of one colour at a time, and those share no node.
+        unsafe { self.field.add(site, &windows[0]) };
+    }
+}
+
+/// What a pass books as heat.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Books {
+    Nothing,
+    /// `m sum w |e - mean|^2`
+    Apart,
+    /// `m |e|^2` after the pass.
+    Left,
+}
+
+/// Takes the mean over the nodes off each particle's `extra`.
+struct Remainder<'a, const D: usize> {
+    setting: &'a Setting<D>,
+    grid: &'a Grid<D>,
+    cut: f64,
+    books: Books,
+    is_last: bool,
+}
+
+impl<const D: usize> Task<D> for Remainder<'_, D> {
+    #[inline(always)]
+    fn run<R: Eight, const N: usize>(&self, site: &mut Site<D>, desk: &mut Desk) {
+        let Desk { lines, windows, quads, sums, .. } = desk;
+        let sums = &mut sums[0];
+        see_mean(site, self.grid, self.cut, &mut windows[0]);
+        let origin = site.origin();
+        for group in &mut site.groups {
+            for k in 0..group.packs.len() {
+                let live = group.live(k);
+                let (pack, extra) = (&mut group.packs[k], &mut group.extra[k]);
+                lines.fill::<R, D, N>(&pack.position, &origin, self.setting.method.kernel, self.setting.cell);
+                let mut columns = [R::of(0.0); 4];
+                for c in 0..D {
+                    columns[c + 1] = R::load(&extra[c]);
+                }
+                R::transposed(columns, &mut quads[0]);
+                for lane in 0..live {
+                    gather::<R, D, N>(&windows[0], lines, lane, By::Moment, Square::Field, &quads[0], &NONE, sums);
+                    let mut left = 0.0;
+                    for c in 0..D {
+                        extra[c][lane] = -sums.mean[lane][c + 1];
+                        left += extra[c][lane] * extra[c][lane];
+                    }
+                    let mass = pack.matter.mass[lane];
+                    match self.books {
+                        Books::Nothing => {}
+                        Books::Apart => {
+                            let [_, x, y, z] = sums.square[lane];
+                            pack.heat[lane] = mass * (x + y + z);
+                        }
+                        Books::Left => pack.heat[lane] = mass * left,
+                    }
+                    if self.is_last {
+                        pack.heat[lane] -= 0.5 * mass * left;
+                    }
                 }
             }
         }
     }
-    grid_update::means(grid, cut);
-}
-
-/// The particle's `damped` less its mean over the nodes, and `sum_i w |damped - next_i|^2`.
-fn remainder<const D: usize>(w: &Work<D>, grid: &Grid<D>, cell: f64) -> ([f64; D], f64) {
-    let (mut left, mut apart) = ([0.0; D], 0.0);
-    let nodes = grid.stencil(w.slot);
-    for row in 0..Stencil::<D>::ROWS {
-        let r = w.stencil.row(row, cell);
-        for k in 0..4 {
-            let weight = r.weight * w.stencil.weight[D - 1][k];
-            let node = &grid.nodes[nodes[4 * row + k] as usize];
-            for c in 0..D {
-                let x = w.damped[c] - node.next[c];
-                left[c] += weight * x;
-                apart += weight * x * x;
-            }
-        }
-    }
-    (left, apart)
-}
-
-/// Gives `p` its own velocity plus the grid's acceleration less what is damped; returns the heat [J]: what was damped, and the
-/// grid's motion that the particle can't hold, `m/2 (sum w |dt a_i|^2 - |dt a_p|^2)`.
-#[inline(always)]
-pub fn transfer<const D: usize>(p: &mut Particle<D>, w: &Work<D>, grid: &Grid<D>, setting: &Setting<D>) -> f64 {
-    let (mut gained, mut size) = ([0.0; D], 0.0);
-    let nodes = grid.stencil(w.slot);
-    for row in 0..Stencil::<D>::ROWS {
-        let r = w.stencil.row(row, setting.cell);
-        for k in 0..4 {
-            let weight = r.weight * w.stencil.weight[D - 1][k];
-            let node = &grid.nodes[nodes[4 * row + k] as usize];
-            for c in 0..D {
-                let x = node.next[c] - node.velocity[c];
-                gained[c] += weight * x;
-                size += weight * x * x;
-            }
-        }
-    }
-    let mut heat = 0.5 * (size - square(&gained));
-    for c in 0..D {
-        heat += gained[c] * w.damped[c];
-        p.velocity[c] += gained[c] - w.damped[c];
-    }
-    let damped = if setting.method.transfer == Transfer::Flip { 0.0 } else { w.heat };
-    p.mass * heat + damped
 }

@@ -32,14 +32,11 @@ impl Watch {
     pub fn new<const D: usize>(plan: &Plan, state: &State<D>, setting: &Setting<D>, layout: &Layout) -> Watch {
         let half = 0.5 * layout.width - 2.0 * setting.cell;
         let across = |p: &Particle<D>| p.position[1..].iter().fold(0.0, |a: f64, x| a.max(x.abs()));
-        let rim = |p: &&Particle<D>| plan.off.contains(&Effect::Width) && p.body == 1 && across(p) > half;
+        let rim = |p: &Particle<D>| plan.off.contains(&Effect::Width) && p.body == 1 && across(p) > half;
         let moment = setting.method.moment(setting.cell);
-        Watch {
-            rim: state.particles.iter().filter(rim).map(|p| p.id).collect(),
-            work: 0.0,
-            kinetic: state.particles.iter().map(|p| p.kinetic(moment)).sum(),
-            last: 0.0,
-        }
+        let mut rim: Vec<u32> = state.particles().filter(rim).map(|p| p.id).collect();
+        rim.sort_unstable();
+        Watch { rim, work: 0.0, kinetic: state.particles().map(|p| p.kinetic(moment)).sum(), last: 0.0 }
     }
 
     /// The first effect left off that is beyond its threshold.
@@ -59,9 +56,9 @@ impl Watch {
                         let volume = p.volume * p.ratio.min(1.0);
                         let flow =
                             materials[p.body as usize].strength.flow_stress(1.0, 0.0, softening(p, setting, materials));
-                        if p.failed || p.alone { 0.0 } else { volume * flow * rate(p, setting) }
+                        if p.failed() || p.alone { 0.0 } else { volume * flow * rate(p, setting) }
                     };
-                    self.work += since * state.particles.iter().map(power).sum::<f64>();
+                    self.work += since * state.particles().map(|p| power(&p)).sum::<f64>();
                     ("work that strength would have done over the kinetic energy", self.work / self.kinetic, WORK)
                 }
                 Effect::Softening => {
@@ -103,7 +100,7 @@ impl Watch {
                 Effect::Conduction => {
                     let hot = |p: &Particle<D>| {
                         let melting = estimate::melting(materials[p.body as usize], &setting.laws[p.body as usize].eos);
-                        p.pressure < RELEASED && p.temperature > effect.threshold() * melting
+                        p.pressure() < RELEASED && p.temperature > effect.threshold() * melting
                     };
                     ("share of a body's released mass beyond half its melting temperature", most(state, hot), SHARE)
                 }
@@ -111,7 +108,8 @@ impl Watch {
                 Effect::Width if state.time > 0.5 * plan.params.end.map_or(0.0, |t| t.si()) => return None,
                 Effect::Width => {
                     let speed = |p: &Particle<D>| p.velocity.iter().map(|v| v * v).sum::<f64>().sqrt();
-                    let fastest = state.particles.iter().filter(|p| self.rim.binary_search(&p.id).is_ok()).map(speed);
+                    let fastest =
+                        state.particles().filter(|p| self.rim.binary_search(&p.id).is_ok()).map(|p| speed(&p));
                     (
                         "speed of the rim over the impact's",
                         fastest.fold(0.0, f64::max) / plan.params.velocity.si(),
@@ -129,13 +127,13 @@ impl Watch {
 /// Largest share, over the bodies, of a body's mass that `is` so.
 fn most<const D: usize>(state: &State<D>, is: impl Fn(&Particle<D>) -> bool) -> f64 {
     let mut sums: Vec<[f64; 2]> = Vec::new();
-    for p in &state.particles {
+    for p in state.particles() {
         let body = p.body as usize;
         if sums.len() <= body {
             sums.resize(body + 1, [0.0; 2]);
         }
         sums[body][0] += p.mass;
-        sums[body][1] += if is(p) { p.mass } else { 0.0 };
+        sums[body][1] += if is(&p) { p.mass } else { 0.0 };
     }
     sums.iter().map(|[all, part]| if *all > 0.0 { part / all } else { 0.0 }).fold(0.0, f64::max)
 }
@@ -153,7 +151,7 @@ fn rate<const D: usize>(p: &Particle<D>, setting: &Setting<D>) -> f64 {
         l[i][..D].copy_from_slice(&p.affine[i]);
     }
     if setting.axisymmetric {
-        l[2][2] = p.velocity[D - 1] / setting.radius(p.position[D - 1]);
+        l[2][2] = p.velocity[D - 1] / p.position[D - 1].max(setting.least_radius());
     }
     let mean = (l[0][0] + l[1][1] + l[2][2]) / 3.0;
     let mut sum = 0.0;

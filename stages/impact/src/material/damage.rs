@@ -1,5 +1,5 @@
 //! Johnson-Cook damage.
-use hvi_kit::math::{exp, log};
+use hvi_kit::lanes::{Real, exp, log};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -37,15 +37,23 @@ const FAR: f64 = 30.0;
 impl Damage {
     /// Damage that the plastic strain increment `increment` adds at `triaxiality` s*, `rate` [1/s] over the reference
     /// rate, and `homologous` temperature T*.
-    pub fn increment(&self, increment: f64, triaxiality: f64, rate: f64, homologous: f64) -> f64 {
-        let exponent = self.d3 * triaxiality.min(1.5);
-        if exponent > FAR && self.d2 > 0.0 {
-            return 0.0;
+    #[inline(always)]
+    pub fn increment<R: Real>(&self, increment: R, triaxiality: R, rate: R, homologous: R) -> R {
+        let mut shape = R::of(self.d1);
+        let mut far = R::of(0.0);
+        if self.d2 != 0.0 {
+            let exponent = triaxiality.at_most(1.5).times(self.d3);
+            shape = exp(exponent.at_most(FAR)).times(self.d2).plus(self.d1);
+            if self.d2 > 0.0 {
+                far = R::of(1.0).where_less(R::of(FAR), exponent, far);
+            }
         }
-        let shape = self.d1 + if self.d2 == 0.0 { 0.0 } else { self.d2 * exp(exponent) };
-        let rate_factor = if self.d4 != 0.0 && rate > 1.0 { 1.0 + self.d4 * log(rate) } else { 1.0 };
-        let thermal = 1.0 + self.d5 * homologous.clamp(0.0, 1.0);
-        increment / (shape * rate_factor * thermal).max(self.least)
+        if self.d4 != 0.0 {
+            shape = shape * log(rate.at_least(1.0)).times(self.d4).plus(1.0);
+        }
+        let thermal = homologous.at_least(0.0).at_most(1.0).times(self.d5).plus(1.0);
+        let damage = increment / (shape * thermal).at_least(self.least);
+        R::of(0.0).where_less(R::of(0.0), far, damage)
     }
 }
 

@@ -1,5 +1,5 @@
 //! Johnson-Cook flow stress with implicit radial return.
-use hvi_kit::math::{log, pow};
+use hvi_kit::lanes::{Real, log, pow};
 use hvi_kit::units::{Pressure, Rate, Temperature};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -40,35 +40,33 @@ fn reference_temperature() -> Temperature {
 
 impl JohnsonCook {
     /// `T*`: 0 or less when cold, 1 or more when melted; `melting` T_m [K].
-    #[inline]
-    pub fn homologous(&self, temperature: f64, melting: f64) -> f64 {
+    #[inline(always)]
+    pub fn homologous<R: Real>(&self, temperature: R, melting: R) -> R {
         let room = self.reference_temperature.si();
-        if melting <= room { 1.0 } else { (temperature - room) / (melting - room) }
+        let range = melting.plus(-room);
+        (temperature.plus(-room) / range).where_less(R::of(0.0), range, R::of(1.0))
     }
 
     /// `1 - T*^m`, in 0..1.
-    #[inline]
-    pub fn softening(&self, homologous: f64) -> f64 {
-        if homologous >= 1.0 {
-            0.0
-        } else if homologous <= 0.0 {
-            1.0
-        } else {
-            1.0 - pow(homologous, self.m)
-        }
+    #[inline(always)]
+    pub fn softening<R: Real>(&self, homologous: R) -> R {
+        let hot = R::of(1.0) - pow(homologous.at_least(LEAST).at_most(1.0), self.m);
+        hot.where_less(homologous, R::of(1.0), R::of(0.0))
     }
 
     /// `A + B ep^n` [Pa].
-    #[inline]
-    pub fn hardened(&self, strain: f64) -> f64 {
-        self.a.si() + if strain > 0.0 { self.b.si() * pow(strain, self.n) } else { 0.0 }
+    #[inline(always)]
+    pub fn hardened<R: Real>(&self, strain: R) -> R {
+        pow(strain.at_least(LEAST), self.n).times(self.b.si()).plus(self.a.si())
     }
 
     /// `1 + C ln(rate / rate0)`, 1 below rate0.
-    #[inline]
-    pub fn rate_factor(&self, rate: f64) -> f64 {
-        let ratio = rate / self.rate.si();
-        if self.c > 0.0 && ratio > 1.0 { 1.0 + self.c * log(ratio) } else { 1.0 }
+    #[inline(always)]
+    pub fn rate_factor<R: Real>(&self, rate: R) -> R {
+        if self.c == 0.0 {
+            return R::of(1.0);
+        }
+        log(rate.times(1.0 / self.rate.si()).at_least(1.0)).times(self.c).plus(1.0)
     }
 
     /// Y [Pa].
@@ -77,36 +75,43 @@ impl JohnsonCook {
     }
 
     /// Plastic strain increment x that brings an elastic `trial` equivalent stress [Pa] back to the yield surface at the
-    /// end of the step: `trial - 3 G x = Y(strain + x, x / dt)`, with shear modulus `shear` G [Pa].
+    /// end of the step: `trial - 3 G x = Y(strain + x, x / dt)`, with shear modulus `shear` G [Pa]. 0 where the trial lies on or
+    /// below `first`, Y at the start and the reference rate [Pa].
     ///
-    /// Newton's rule inside a bracket; the left side falls and the right one rises with x, so the root is single. `first` is
-    /// Y at the start and the reference rate [Pa]; the trial must lie above it.
-    pub fn plastic_increment(&self, trial: f64, strain: f64, first: f64, dt: f64, softening: f64, shear: f64) -> f64 {
-        let stiffness = 3.0 * shear;
-        let (mut low, mut high) = (0.0, trial / stiffness);
-        let mut x = (trial - first) / stiffness;
+    /// Newton's rule inside a bracket; the left side falls and the right one rises with x, so the root is single.
+    #[inline(always)]
+    pub fn plastic_increment<R: Real>(&self, trial: R, strain: R, first: R, dt: f64, softening: R, shear: f64) -> R {
+        let (stiffness, zero, one) = (3.0 * shear, R::of(0.0), R::of(1.0));
+        let (mut low, mut high) = (zero, trial.times(1.0 / stiffness));
+        let mut x = (trial - first).times(1.0 / stiffness).at_least(0.0);
+        // 1 where still sought.
+        let mut open = one.where_less(first, trial, zero);
         for _ in 0..60 {
-            let total = strain + x;
-            let hardened = self.hardened(total);
-            let factor = self.rate_factor(x / dt);
-            let excess = trial - stiffness * x - hardened * factor * softening;
-            if excess.abs() <= 1e-10 * trial || high - low <= 1e-15 * high {
+            if !zero.any_less(open) {
                 break;
             }
-            if excess > 0.0 {
-                low = x
-            } else {
-                high = x
-            }
-            let slope_hardening = self.n * (hardened - self.a.si()) / total;
-            let slope_rate = if factor > 1.0 { self.c / x } else { 0.0 };
-            let slope = stiffness + softening * (slope_hardening * factor + hardened * slope_rate);
-            let next = x + excess / slope;
-            x = if next > low && next < high { next } else { 0.5 * (low + high) };
+            let total = strain + x;
+            let hardened = self.hardened(total);
+            let factor = self.rate_factor(x.times(1.0 / dt));
+            let excess = trial - x.times(stiffness) - hardened * factor * softening;
+            low = x.where_less(zero, excess, low);
+            high = high.where_less(zero, excess, x);
+            let hardening = hardened.plus(-self.a.si()).times(self.n) / total.at_least(LEAST) * factor;
+            let rate = hardened.times(self.c) / x.at_least(LEAST);
+            let slope = (hardening + rate.where_less(one, factor, zero)) * softening;
+            let next = x + excess / slope.plus(stiffness);
+            let middle = (low + high).times(0.5);
+            let next = next.where_less(low, next, middle).where_less(next, high, middle);
+            let far = one.where_less(trial.times(1e-10), excess.size(), zero);
+            open = open * far.where_less(high.times(1e-15), high - low, zero);
+            x = next.where_less(zero, open, x);
         }
         x
     }
 }
+
+/// Stands for 0 where a power of a positive number is wanted: to a power of .1 it is 1e-30.
+const LEAST: f64 = 1e-300;
 
 #[cfg(test)]
 mod tests {

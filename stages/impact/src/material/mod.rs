@@ -1,19 +1,22 @@
 //! Materials: constants of strength, damage, spall and equation of state, one file a shipped material.
 //!
-//! `johnson_cook.rs` flow stress and its return map; `damage.rs` fracture strain; `law.rs` what one particle does in a step.
+//! `johnson_cook.rs` flow stress and its return map; `damage.rs` fracture strain; `isotherm.rs` energy that is not heat; `law.rs` what one particle does in a step, in `terms.rs`.
 mod aluminium;
 mod copper;
 mod damage;
+mod isotherm;
 mod johnson_cook;
 mod law;
+mod terms;
 pub use damage::Damage;
 use hvi_eos::Eos;
 use hvi_kit::units::Pressure;
 pub use johnson_cook::JohnsonCook;
-pub use law::{Booked, HalfStep, Law, Switches};
+pub use law::{Law, Switches};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{MapAccess, Visitor, value::MapAccessDeserializer};
 use serde::{Deserialize, Deserializer, Serialize};
+pub use terms::{Answer, Gain, HalfStep};
 
 /// Constants of a material.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -25,7 +25,7 @@ fn bars(friction: Option<f64>, cells: usize) -> [f64; 5] {
     let mut state = State::new(all.collect(), &setting);
     let start = energy(&state, &setting);
     let mean = |state: &State<1>, body: u8| {
-        let own = state.particles.iter().filter(|p| p.body == body);
+        let own = state.particles().filter(|p| p.body == body);
         own.map(|p| p.velocity[0]).sum::<f64>() / (2 * cells) as f64
     };
     // Twice and thrice the round trip, when the gap is wider than two kernels.
@@ -34,7 +34,7 @@ fn bars(friction: Option<f64>, cells: usize) -> [f64; 5] {
     go(&mut state, &setting, 6.0 * length / 3940.0);
     let after = mean(&state, 0);
     // Pressure of impact: rho c v / 2.
-    let left = state.particles.iter().map(|p| p.pressure.abs()).fold(0.0, f64::max) / (0.5 * 8930.0 * 3940.0 * v);
+    let left = state.particles().map(|p| p.pressure().abs()).fold(0.0, f64::max) / (0.5 * 8930.0 * 3940.0 * v);
     [after / v, mean(&state, 1) / v, left, (energy(&state, &setting) / start - 1.0).abs(), (after - before).abs() / v]
 }
 

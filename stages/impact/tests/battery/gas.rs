@@ -14,16 +14,16 @@ pub fn law(density: f64, gamma: f64) -> Law {
 
 /// Sets each particle's energy [J/kg] and its state by it.
 pub fn heat<const D: usize>(state: &mut State<D>, setting: &Setting<D>, energy: impl Fn(&Particle<D>) -> f64) {
-    for p in &mut state.particles {
+    state.alter(|p| {
         p.energy = energy(p);
         setting.laws[p.body as usize].evaluate(p);
-    }
+    });
 }
 
 /// Kinetic and internal energy, less what the floor put in [J].
 pub fn energy<const D: usize>(state: &State<D>, setting: &Setting<D>) -> f64 {
     let moment = setting.method.moment(setting.cell);
-    state.particles.iter().map(|p| p.kinetic(moment) + p.mass * p.energy).sum::<f64>() - state.totals.floored
+    state.particles().map(|p| p.kinetic(moment) + p.mass * p.energy).sum::<f64>() - state.totals.floored
 }
 
 /// Steps to `end` [s].
@@ -59,7 +59,7 @@ fn noh<const D: usize>(cells: usize) -> (f64, f64) {
     let start = energy(&state, &setting);
     go(&mut state, &setting, 0.6);
     let (mut mass, mut volume) = (0.0, 0.0);
-    for p in state.particles.iter().filter(|p| (0.06..0.16).contains(&radius(*p))) {
+    for p in state.particles().filter(|p| (0.06..0.16).contains(&radius(p))) {
         (mass, volume) = (mass + p.mass, volume + p.volume * p.ratio);
     }
     (mass / volume, energy(&state, &setting) / start - 1.0)
@@ -119,7 +119,7 @@ pub fn sod_rows() -> Vec<Row> {
     heat(&mut state, &setting, |p| if p.body == 0 { 2.5 } else { 2.0 });
     go(&mut state, &setting, 0.2);
     let (mut error, mut length) = (0.0, 0.0);
-    for p in state.particles.iter().filter(|p| p.position[0].abs() < 0.5) {
+    for p in state.particles().filter(|p| p.position[0].abs() < 0.5) {
         let volume = p.volume * p.ratio;
         error += volume * (p.mass / volume - sod(p.position[0] / 0.2)).abs();
         length += volume;
@@ -150,13 +150,12 @@ pub fn expansion_rows() -> Vec<Row> {
     heat(&mut state, &setting, |_| 1e-8);
     let start = energy(&state, &setting);
     go(&mut state, &setting, 1.0);
-    let momentum: f64 = (0..3).map(|d| state.particles.iter().map(|p| p.mass * p.velocity[d]).sum::<f64>().abs()).sum();
-    let kept: f64 = state.particles.iter().map(|p| p.mass * p.velocity[0].abs()).sum();
+    let momentum: f64 = (0..3).map(|d| state.particles().map(|p| p.mass * p.velocity[d]).sum::<f64>().abs()).sum();
+    let kept: f64 = state.particles().map(|p| p.mass * p.velocity[0].abs()).sum();
     // The corner's neighbours on the outside are missing: the inner half of the block is what the answer is known for.
-    let inner: Vec<&Particle<3>> =
-        state.particles.iter().filter(|p| p.position.iter().all(|x| x.abs() < 0.25)).collect();
+    let inner: Vec<Particle<3>> = state.particles().filter(|p| p.position.iter().all(|x| x.abs() < 0.25)).collect();
     let worst = inner.iter().map(|p| (p.ratio / 8.0 - 1.0).abs()).fold(0.0, f64::max);
-    let pressure = inner.iter().map(|p| (p.pressure * p.ratio / (0.4 * p.energy) - 1.0).abs()).fold(0.0, f64::max);
+    let pressure = inner.iter().map(|p| (p.pressure() * p.ratio / (0.4 * p.energy) - 1.0).abs()).fold(0.0, f64::max);
     let fracture = "numerical fracture";
     vec![
         Row::most("viscosity heat, wall heating", "even expansion: heat of viscosity", state.totals.viscous, "J", 0.0),

@@ -39,7 +39,7 @@ fn fastest(offset: f64, law: &Law) -> f64 {
     let mut fastest = 0.0;
     while state.time < end {
         state.step(&setting, end).expect("a step");
-        fastest = state.particles.iter().map(|p| p.velocity[0]).fold(fastest, f64::max);
+        fastest = state.particles().map(|p| p.velocity[0]).fold(fastest, f64::max);
     }
     fastest
 }
@@ -68,7 +68,7 @@ pub fn leaving_rows() -> Vec<Row> {
         Particle::new(at, own, 2703.0 * h * h * h, h * h * h, i as u32, 0)
     });
     let mut state = State::new(cube.collect(), &setting);
-    let sum = |state: &State<3>, d: usize| state.particles.iter().map(|p| p.mass * p.velocity[d]).sum::<f64>();
+    let sum = |state: &State<3>, d: usize| state.particles().map(|p| p.mass * p.velocity[d]).sum::<f64>();
     let start = energy(&state, &setting);
     let before: [f64; 3] = std::array::from_fn(|d| sum(&state, d));
     go(&mut state, &setting, 2e-5);
@@ -84,7 +84,7 @@ pub fn leaving_rows() -> Vec<Row> {
         )
         .peer("661 particles lost"),
         Row::most(case, "the same: momentum", momentum, "", 1e-12),
-        Row::reported(case, "the same: particles kept of 512", state.particles.len() as f64, ""),
+        Row::reported(case, "the same: particles kept of 512", state.count() as f64, ""),
     ]
 }
 
@@ -110,7 +110,7 @@ pub fn symmetry_rows(cells: u32) -> Vec<Row> {
         full.step(&wide, 1.0).expect("a step");
     }
     let by_id = |state: &State<3>| {
-        let mut order = state.particles.clone();
+        let mut order = state.particles().collect::<Vec<_>>();
         order.sort_by_key(|p| p.id);
         order
     };
@@ -184,7 +184,7 @@ fn vortex(kernel: Kernel, transfer: Transfer, cells: usize, steps: usize) -> f64
     };
     let kick = |state: &mut State<2>, t: f64, dt: f64| {
         let d = 1e-5;
-        for p in &mut state.particles {
+        state.alter(|p| {
             let b = body(&p.position, t);
             (0..2).for_each(|c| p.velocity[c] += dt * b[c]);
             for e in 0..if transfer == Transfer::Apic { 2 } else { 0 } {
@@ -193,7 +193,7 @@ fn vortex(kernel: Kernel, transfer: Transfer, cells: usize, steps: usize) -> f64
                 let (low, high) = (body(&low, t), body(&high, t));
                 (0..2).for_each(|c| p.affine[c][e] += dt * (high[c] - low[c]) / (2.0 * d));
             }
-        }
+        });
     };
     let dt = 0.5 / steps as f64;
     for k in 0..steps {
@@ -204,7 +204,7 @@ fn vortex(kernel: Kernel, transfer: Transfer, cells: usize, steps: usize) -> f64
         kick(&mut state, (k + 1) as f64 * dt, 0.5 * dt);
     }
     let (mut error, mut size) = (0.0, 0.0);
-    for p in &state.particles {
+    for p in state.particles() {
         let x = start[p.id as usize];
         let alpha = A * turn((x[0] * x[0] + x[1] * x[1]).sqrt()).0;
         let exact = [cos(alpha) * x[0] - sin(alpha) * x[1], sin(alpha) * x[0] + cos(alpha) * x[1]];

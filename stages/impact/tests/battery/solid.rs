@@ -50,12 +50,12 @@ fn standing_wave(cells: usize, shear: bool, method: Method) -> (f64, f64, f64) {
     let start = energy(&state, &setting);
     let mode = |state: &State<1>| {
         let (mut a, mut b) = (0.0, 0.0);
-        for p in &state.particles {
+        for p in state.particles() {
             let f = shape(p.id);
             (a, b) = (a + f * p.velocity[0], b + f * f);
         }
         let a = a / b;
-        let rest: f64 = state.particles.iter().map(|p| (p.velocity[0] - a * shape(p.id)).powi(2)).sum();
+        let rest: f64 = state.particles().map(|p| (p.velocity[0] - a * shape(p.id)).powi(2)).sum();
         (a, (rest / n as f64).sqrt())
     };
     let speed = setting.laws[0].eos.point(1.0 / 2703.0, 0.0).sound_speed;
@@ -121,14 +121,14 @@ pub fn precursor_rows() -> Vec<Row> {
     let particles = slabs(&law, cell, [30e-3, 60e-3], 300.0);
     let setting = Setting::<1>::new(cell, vec![law]);
     let mut state = State::new(particles, &setting);
-    let axial = |p: &Particle<1>| p.pressure - p.stress[0];
+    let axial = |p: &Particle<1>| p.pressure() - p.stress[0];
     // Where the axial stress of the precursor reaches half its known height, seen from the far end.
     let front = |state: &State<1>| {
         let mut ahead = f64::INFINITY;
-        let mut order: Vec<&Particle<1>> = state.particles.iter().collect();
+        let mut order: Vec<Particle<1>> = state.particles().collect();
         order.sort_by(|a, b| b.position[0].total_cmp(&a.position[0]));
         for pair in order.windows(2) {
-            let (far, near) = (axial(pair[0]), axial(pair[1]));
+            let (far, near) = (axial(&pair[0]), axial(&pair[1]));
             if near >= 340e6 {
                 let f = (near - 340e6) / (near - far);
                 ahead = pair[1].position[0] + f * (pair[0].position[0] - pair[1].position[0]);
@@ -142,8 +142,8 @@ pub fn precursor_rows() -> Vec<Row> {
     go(&mut state, &setting, 8e-6);
     let second = front(&state);
     // The plateau where it begins: work hardening and the foot of the plastic front raise it further back.
-    let near = |p: &&Particle<1>| p.position[0] > second - 2e-3 && p.position[0] < second - 1.2e-3;
-    let plateau: Vec<f64> = state.particles.iter().filter(near).map(axial).collect();
+    let near = |p: &Particle<1>| p.position[0] > second - 2e-3 && p.position[0] < second - 1.2e-3;
+    let plateau: Vec<f64> = state.particles().filter(near).map(|p| axial(&p)).collect();
     let height = plateau.iter().sum::<f64>() / plateau.len() as f64;
     // The linear estimate leaves out that the bulk modulus rises by 1.7 % to the yield point: ln(V/V0) = -Y / 2 G there.
     let ratio = exp(-0.5 * aluminium.strength.a.si() / aluminium.shear());
@@ -178,8 +178,7 @@ pub fn spall_rows(cells: usize) -> Vec<Row> {
     let (mut highest, mut lowest) = (0.0f64, f64::INFINITY);
     while state.time < 2.4e-6 {
         state.step(&setting, 2.4e-6).expect("a step");
-        let surface: f64 =
-            state.particles.iter().filter(|p| p.id as usize >= n - 4).map(|p| 0.25 * p.velocity[0]).sum();
+        let surface: f64 = state.particles().filter(|p| p.id as usize >= n - 4).map(|p| 0.25 * p.velocity[0]).sum();
         highest = highest.max(surface);
         if state.time > 1.0e-6 && state.time < 1.9e-6 {
             lowest = lowest.min(surface);
@@ -187,7 +186,7 @@ pub fn spall_rows(cells: usize) -> Vec<Row> {
     }
     // The middle of the void that has opened, from the rear.
     let (mut moment, mut void) = (0.0, 0.0);
-    for p in state.particles.iter().filter(|p| p.failed && p.ratio > 1.0) {
+    for p in state.particles().filter(|p| p.failed() && p.ratio > 1.0) {
         let from_rear = 6e-3 - (p.id as f64 + 0.5) * 0.5 * cell;
         (moment, void) = (moment + (p.ratio - 1.0) * from_rear, void + p.ratio - 1.0);
     }
@@ -232,7 +231,7 @@ pub fn taylor_rows(cells: usize) -> Vec<Row> {
     go(&mut state, &setting, 80e-6);
     // Particles stand for a box as wide as they have become: half a spacing to the surface, stretched as matter is.
     let edge = |axis: usize, near: &dyn Fn(&Particle<2>) -> bool| {
-        let far = state.particles.iter().filter(|p| near(p)).map(|p| p.position[axis]).fold(0.0, f64::max);
+        let far = state.particles().filter(|p| near(p)).map(|p| p.position[axis]).fold(0.0, f64::max);
         far + 0.5 * h
     };
     let found = [
@@ -284,11 +283,11 @@ pub fn spin_rows() -> Vec<Row> {
         let own = |p: &Particle<3>| moment * (p.affine[1][0] - p.affine[0][1]);
         let about =
             |p: &Particle<3>| (p.position[0] - centre[0]) * p.velocity[1] - (p.position[1] - centre[1]) * p.velocity[0];
-        state.particles.iter().map(|p| p.mass * (about(p) + own(p))).sum()
+        state.particles().map(|p| p.mass * (about(&p) + own(&p))).sum()
     };
     let (start, first) = (energy(&state, &setting), turning(&state));
     go(&mut state, &setting, 2e-4);
-    let stress = state.particles.iter().map(|p| equivalent(&p.stress)).fold(0.0, f64::max);
+    let stress = state.particles().map(|p| equivalent(&p.stress)).fold(0.0, f64::max);
     vec![
         Row::least(case, "cube, 2 turns: angular momentum kept", turning(&state) / first, "", 0.97)
             .peer("0.005 (3 % PIC)"),

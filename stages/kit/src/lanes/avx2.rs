@@ -1,5 +1,5 @@
 //! Eight lanes in two 256-bit registers.
-use super::{Eight, Real, Work};
+use super::{Eight, Quads, Real, Work};
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Sub};
 
@@ -130,9 +130,41 @@ impl Eight for Pair {
         Pair(avx!(_mm256_set1_pd(low)), avx!(_mm256_set1_pd(high)))
     }
     #[inline(always)]
-    fn folded(self) -> [f64; 4] {
-        let mut quad = [0.0; 4];
-        avx!(_mm256_storeu_pd(quad.as_mut_ptr(), _mm256_add_pd(self.0, self.1)));
-        quad
+    fn fold(self, to: &mut [f64; 4]) {
+        avx!(_mm256_storeu_pd(to.as_mut_ptr(), _mm256_add_pd(self.0, self.1)));
     }
+    #[inline(always)]
+    fn transposed(columns: [Pair; 4], to: &mut Quads) {
+        let [a, b, c, d] = columns;
+        let (low, high) = (transposed([a.0, b.0, c.0, d.0]), transposed([a.1, b.1, c.1, d.1]));
+        for k in 0..4 {
+            avx!(_mm256_storeu_pd(to[k].as_mut_ptr(), low[k]));
+            avx!(_mm256_storeu_pd(to[k + 4].as_mut_ptr(), high[k]));
+        }
+    }
+    #[inline(always)]
+    fn columns(from: &Quads) -> [Pair; 4] {
+        let zero = avx!(_mm256_setzero_pd());
+        let (mut low, mut high) = ([zero; 4], [zero; 4]);
+        for k in 0..4 {
+            low[k] = avx!(_mm256_loadu_pd(from[k].as_ptr()));
+            high[k] = avx!(_mm256_loadu_pd(from[k + 4].as_ptr()));
+        }
+        let (low, high) = (transposed(low), transposed(high));
+        [Pair(low[0], high[0]), Pair(low[1], high[1]), Pair(low[2], high[2]), Pair(low[3], high[3])]
+    }
+}
+
+/// Four by four, turned over.
+#[inline(always)]
+pub(super) fn transposed(rows: [__m256d; 4]) -> [__m256d; 4] {
+    let [a, b, c, d] = rows;
+    let (ab_even, ab_odd) = (avx!(_mm256_unpacklo_pd(a, b)), avx!(_mm256_unpackhi_pd(a, b)));
+    let (cd_even, cd_odd) = (avx!(_mm256_unpacklo_pd(c, d)), avx!(_mm256_unpackhi_pd(c, d)));
+    [
+        avx!(_mm256_permute2f128_pd::<0x20>(ab_even, cd_even)),
+        avx!(_mm256_permute2f128_pd::<0x20>(ab_odd, cd_odd)),
+        avx!(_mm256_permute2f128_pd::<0x31>(ab_even, cd_even)),
+        avx!(_mm256_permute2f128_pd::<0x31>(ab_odd, cd_odd)),
+    ]
 }

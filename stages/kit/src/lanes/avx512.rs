@@ -1,5 +1,6 @@
 //! Eight lanes in one 512-bit register.
-use super::{Eight, Real, Work};
+use super::avx2::transposed;
+use super::{Eight, Quads, Real, Work};
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Sub};
 
@@ -95,10 +96,41 @@ impl Eight for Wide {
         Wide(avx!(_mm512_mask_broadcastsd_pd(_mm512_set1_pd(low), 0xf0, _mm_set_sd(high))))
     }
     #[inline(always)]
-    fn folded(self) -> [f64; 4] {
-        let mut quad = [0.0; 4];
-        let sum = avx!(_mm256_add_pd(_mm512_castpd512_pd256(self.0), _mm512_extractf64x4_pd::<1>(self.0)));
-        avx!(_mm256_storeu_pd(quad.as_mut_ptr(), sum));
-        quad
+    fn fold(self, to: &mut [f64; 4]) {
+        let (low, high) = self.halved();
+        avx!(_mm256_storeu_pd(to.as_mut_ptr(), _mm256_add_pd(low, high)));
     }
+    #[inline(always)]
+    fn transposed(columns: [Wide; 4], to: &mut Quads) {
+        let [a, b, c, d] = [columns[0].halved(), columns[1].halved(), columns[2].halved(), columns[3].halved()];
+        let (low, high) = (transposed([a.0, b.0, c.0, d.0]), transposed([a.1, b.1, c.1, d.1]));
+        for k in 0..4 {
+            avx!(_mm256_storeu_pd(to[k].as_mut_ptr(), low[k]));
+            avx!(_mm256_storeu_pd(to[k + 4].as_mut_ptr(), high[k]));
+        }
+    }
+    #[inline(always)]
+    fn columns(from: &Quads) -> [Wide; 4] {
+        let zero = avx!(_mm256_setzero_pd());
+        let (mut low, mut high) = ([zero; 4], [zero; 4]);
+        for k in 0..4 {
+            low[k] = avx!(_mm256_loadu_pd(from[k].as_ptr()));
+            high[k] = avx!(_mm256_loadu_pd(from[k + 4].as_ptr()));
+        }
+        let (low, high) = (transposed(low), transposed(high));
+        [joined(low[0], high[0]), joined(low[1], high[1]), joined(low[2], high[2]), joined(low[3], high[3])]
+    }
+}
+
+impl Wide {
+    /// The first four and the last four.
+    #[inline(always)]
+    fn halved(self) -> (__m256d, __m256d) {
+        (avx!(_mm512_castpd512_pd256(self.0)), avx!(_mm512_extractf64x4_pd::<1>(self.0)))
+    }
+}
+
+#[inline(always)]
+fn joined(low: __m256d, high: __m256d) -> Wide {
+    Wide(avx!(_mm512_insertf64x4::<1>(_mm512_castpd256_pd512(low), high)))
 }

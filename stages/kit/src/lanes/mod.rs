@@ -70,8 +70,13 @@ pub trait Real: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Se
     }
 }
 
+/// Four numbers for each of eight lanes.
+pub type Quads = [[f64; 4]; 8];
+
 /// Eight numbers side by side.
 pub trait Eight: Real {
+    /// Whether these are plain arrays.
+    const IS_PORTABLE: bool = false;
     /// From memory.
     fn load(from: &[f64; 8]) -> Self;
     /// To memory.
@@ -80,13 +85,18 @@ pub trait Eight: Real {
     fn quads(low: &[f64; 4], high: &[f64; 4]) -> Self;
     /// Four times `low`, then four times `high`.
     fn halves(low: f64, high: f64) -> Self;
-    /// The first four plus the last four.
-    fn folded(self) -> [f64; 4];
+    /// Puts the first four plus the last four there.
+    fn fold(self, to: &mut [f64; 4]);
+    /// Puts lane k of the four there as quad k.
+    fn transposed(columns: [Self; 4], to: &mut Quads);
+    /// Makes number c of quad k lane k of the cth.
+    fn columns(from: &Quads) -> [Self; 4];
 
     /// All lanes added up: `((0 + 4) + (2 + 6)) + ((1 + 5) + (3 + 7))`.
     #[inline(always)]
     fn sum(self) -> f64 {
-        let quad = self.folded();
+        let mut quad = [0.0; 4];
+        self.fold(&mut quad);
         (quad[0] + quad[2]) + (quad[1] + quad[3])
     }
     /// The greatest of all lanes; NaNs are passed over.
@@ -196,6 +206,10 @@ impl Instructions {
         }
         Instructions(Set::Plain)
     }
+    /// Whether it is plain arrays.
+    pub fn is_portable(self) -> bool {
+        self.0 == Set::Plain
+    }
     /// Its name, for people.
     pub fn name(self) -> &'static str {
         match self.0 {
@@ -252,11 +266,14 @@ mod tests {
                 log(b.size().at_least(1e-300).at_most(1e300)),
                 pow(b.size().at_least(1e-300).at_most(1e10), 0.3),
             ];
-            for r in all {
+            let mut quads = [[0.0; 4]; 8];
+            R::transposed([a, b, a + b, a * b], &mut quads);
+            for r in all.into_iter().chain(R::columns(&quads)) {
                 let mut out = [0.0; 8];
                 r.store(&mut out);
                 self.2.extend(out.iter().map(|x| if x.is_nan() { u64::MAX } else { x.to_bits() }));
             }
+            self.2.extend(quads.as_flattened().iter().map(|x| if x.is_nan() { u64::MAX } else { x.to_bits() }));
             self.2.extend([u64::from(a.any_less(b)), u64::from(b.any_less(b))]);
         }
     }

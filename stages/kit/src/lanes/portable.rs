@@ -1,5 +1,5 @@
 //! Eight lanes in a plain array, on any processor.
-use super::{Eight, Real};
+use super::{Eight, Quads, Real};
 use std::ops::{Add, Div, Mul, Sub};
 
 /// Eight numbers.
@@ -28,7 +28,8 @@ impl Real for Plain {
     fn root(self) -> Plain {
         Plain(self.0.map(f64::sqrt))
     }
-    #[inline(always)]
+    // Not copied into each place of use: without the instruction it is eight calls.
+    #[inline(never)]
     fn fused(self, factor: Plain, addend: Plain) -> Plain {
         Plain(std::array::from_fn(|k| self.0[k].mul_add(factor.0[k], addend.0[k])))
     }
@@ -59,6 +60,7 @@ impl Real for Plain {
 }
 
 impl Eight for Plain {
+    const IS_PORTABLE: bool = true;
     #[inline(always)]
     fn load(from: &[f64; 8]) -> Plain {
         Plain(*from)
@@ -76,7 +78,27 @@ impl Eight for Plain {
         Plain([low, low, low, low, high, high, high, high])
     }
     #[inline(always)]
-    fn folded(self) -> [f64; 4] {
-        std::array::from_fn(|k| self.0[k] + self.0[k + 4])
+    fn fold(self, to: &mut [f64; 4]) {
+        for k in 0..4 {
+            to[k] = self.0[k] + self.0[k + 4];
+        }
+    }
+    #[inline(always)]
+    fn transposed(columns: [Plain; 4], to: &mut Quads) {
+        for k in 0..8 {
+            for c in 0..4 {
+                to[k][c] = columns[c].0[k];
+            }
+        }
+    }
+    #[inline(always)]
+    fn columns(from: &Quads) -> [Plain; 4] {
+        let mut columns = [Plain([0.0; 8]); 4];
+        for k in 0..8 {
+            for c in 0..4 {
+                columns[c].0[k] = from[k][c];
+            }
+        }
+        columns
     }
 }

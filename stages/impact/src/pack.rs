@@ -1,0 +1,93 @@
+//! Eight particles side by side.
+use crate::particle::{Matter, Particle};
+use hvi_kit::lanes::{Eight, Quads};
+
+/// Eight particles of one body: each quantity of all eight lies together. The last pack of a group may hold fewer; its other lanes
+/// keep old particles, so that their arithmetic is as tame, and nobody reads them.
+#[derive(Clone)]
+#[repr(align(64))]
+pub struct Pack<const D: usize> {
+    /// Positions [m].
+    pub position: [[f64; 8]; D],
+    /// Velocities [m/s].
+    pub velocity: [[f64; 8]; D],
+    /// Affine parts of the velocity [1/s], `[component][axis]`.
+    pub affine: [[[f64; 8]; D]; D],
+    /// Their matter.
+    pub matter: Matter<[f64; 8]>,
+    /// Within a step: pressure at its middle, without viscosity [Pa].
+    pub half_pressure: [f64; 8],
+    /// Within a step: deviator at its middle [Pa].
+    pub half_deviator: [[f64; 8]; 6],
+    /// Within a step: energy that the transfer to the grid took out of motion [J].
+    pub heat: [f64; 8],
+    /// 1 where no other particle shared a node, else 0.
+    pub alone: [f64; 8],
+    /// Numbers at the start.
+    pub id: [u32; 8],
+}
+
+impl<const D: usize> Pack<D> {
+    /// Eight copies of one.
+    pub fn filled(p: &Particle<D>) -> Self {
+        Pack {
+            position: p.position.map(|x| [x; 8]),
+            velocity: p.velocity.map(|x| [x; 8]),
+            affine: p.affine.map(|row| row.map(|x| [x; 8])),
+            matter: Matter::filled(&p.matter),
+            half_pressure: [0.0; 8],
+            half_deviator: [[0.0; 8]; 6],
+            heat: [0.0; 8],
+            alone: [p.alone as u8 as f64; 8],
+            id: [p.id; 8],
+        }
+    }
+
+    /// Particle `lane`, of `body`.
+    #[inline(always)]
+    pub fn get(&self, lane: usize, body: u8) -> Particle<D> {
+        Particle {
+            position: self.position.map(|x| x[lane]),
+            velocity: self.velocity.map(|x| x[lane]),
+            affine: self.affine.map(|row| row.map(|x| x[lane])),
+            matter: self.matter.get(lane),
+            id: self.id[lane],
+            body,
+            alone: self.alone[lane] != 0.0,
+        }
+    }
+
+    /// Makes `p` particle `lane`; what lives within a step is left.
+    pub fn set(&mut self, lane: usize, p: &Particle<D>) {
+        for c in 0..D {
+            self.position[c][lane] = p.position[c];
+            self.velocity[c][lane] = p.velocity[c];
+            (0..D).for_each(|d| self.affine[c][d][lane] = p.affine[c][d]);
+        }
+        self.matter.set(lane, &p.matter);
+        self.alone[lane] = p.alone as u8 as f64;
+        self.id[lane] = p.id;
+    }
+
+    /// `first` and the velocities times `factor`, a quad a particle, as a node has it.
+    #[inline(always)]
+    pub fn velocity_quads<R: Eight>(&self, first: R, factor: R, to: &mut Quads) {
+        let mut columns = [first, R::of(0.0), R::of(0.0), R::of(0.0)];
+        for c in 0..D {
+            columns[c + 1] = R::load(&self.velocity[c]) * factor;
+        }
+        R::transposed(columns, to);
+    }
+
+    /// Columns of the affine parts times `factor`, by level.
+    #[inline(always)]
+    pub fn affine_quads<R: Eight>(&self, factor: R, to: &mut [Quads; 3]) {
+        for d in 0..D {
+            let mut columns = [R::of(0.0); 4];
+            for c in 0..D {
+                columns[c + 1] = R::load(&self.affine[c][d]) * factor;
+            }
+            R::transposed(columns, &mut to[d + 3 - D]);
+        }
+    }
+}
