@@ -77,7 +77,36 @@ width = 64
 [step.eta]
 use = "empirical.eta"
 runs = "@hit[*]"
+[step.bar]
+use = "impact"
+projectile = { shape = "cylinder", diameter = "2 mm", length = "2 mm", material = "copper" }
+plate = { material = "copper", thickness = "2 mm", width = "2 mm" }
+velocity = "200 m/s"
+cells = 4
+end = "0.5 us"
+[step.taylor]
+use = "validate.taylor"
+runs = "@bar"
+shots = "bars.csv"
+[step.thin]
+use = "impact"
+projectile = { shape = "sphere", diameter = "1 mm", material = "aluminium" }
+plate = { material = "aluminium", thickness = "0.3 mm", width = "3 mm" }
+velocity = "6 km/s"
+cells = 2
+end = "1 us"
+[step.debris]
+use = "validate.debris"
+runs = "@thin"
+ranges = "DATA/al_debris.csv"
+[step.verdict]
+use = "reproduction"
+published = "DATA/paper_liu2013_results.csv"
+best_copper = "@copper"
 "#;
+
+/// A shot that `bar` is: half the speed on a rigid plane.
+const BARS: &str = "reference,rho0,T0,U,L0,D0,Lf,Lf_over_L0,Xf,Df,Wf\nA,8930,295,100,2,2,1.9,0.95,,2.1,\n";
 
 /// A table for `eos.sesame`: pressure linear in density and temperature, energy in temperature.
 const TABLE: &str = "4 3  8 9 10 12  300 2000 5000
@@ -87,6 +116,7 @@ const TABLE: &str = "4 3  8 9 10 12  300 2000 5000
 fn project() -> Project {
     let project = Project::new(&study());
     project.write("table.txt", TABLE);
+    project.write("bars.csv", BARS);
     project
 }
 
