@@ -6,6 +6,7 @@
 //!
 //! `dh_p = sum_i w_i alpha_i (h_i - h_p)`, `h_i = sum m w h / sum m w`, `alpha_i = min(1, nodal mass mean of k dt max(0, -div))`,
 //!
+//! over matter without an open void (a torn particle's volume counts its void, at which its cold energy means nothing),
 //! which conserves energy to rounding, makes no new extreme of h, and is nothing outside shocks. (Were it the whole energy e, matter
 //! that is compressed would be robbed of the energy of compression and fall below zero on release.) What a shock of given speed
 //! leaves behind where it was born is the difference of the energy in its own profile from that of a sharp front: so a narrow
@@ -86,9 +87,10 @@ impl<const D: usize> Task<D> for Give<'_, D> {
                     lines.fill::<R, D, N>(&pack.position, &origin, setting.method.kernel, setting.cell);
                     let m = pack.matter.load::<R>();
                     let closed = R::of(1.0) - m.open();
-                    let share = m.divergence.times(-setting.method.conduction * self.dt).at_least(0.0) * closed;
+                    let mass = m.mass * closed;
+                    let share = m.divergence.times(-setting.method.conduction * self.dt).at_least(0.0);
                     let heat = setting.laws[material].thermal_energy(m.ratio, m.energy);
-                    R::transposed([m.mass, m.mass * heat, m.mass * share, R::of(0.0)], &mut quads[0]);
+                    R::transposed([mass, mass * heat, mass * share, R::of(0.0)], &mut quads[0]);
                     for lane in 0..group.live(k) {
                         spread::<R, D, N, false>(&mut windows[0], lines, lane, By::Moment, &quads[0], &NONE);
                     }
@@ -135,7 +137,7 @@ impl<const D: usize> Task<D> for Take<'_, D> {
                     let [share, gain, ..] = R::columns(&sums[0].mean);
                     let m = pack.matter.load::<R>();
                     let heat = setting.laws[material].thermal_energy(m.ratio, m.energy);
-                    let gain = m.mass * (gain - share * heat);
+                    let gain = m.mass * (R::of(1.0) - m.open()) * (gain - share * heat);
                     let gain = gain.where_less(R::of(0.0), share, R::of(0.0));
                     (R::load(&pack.heat) + gain).store(&mut pack.heat);
                 }

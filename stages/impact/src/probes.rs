@@ -190,14 +190,17 @@ fn padded<const D: usize>(x: &[f64; D]) -> [f64; 3] {
     std::array::from_fn(|d| if d < D { x[d] } else { 0.0 })
 }
 
+/// The temperature is that of the matter itself: of a torn particle at its volume without the void.
 fn of_particle<const D: usize>(p: &Particle<D>, law: &Law, time: f64) -> At {
+    let volume = law.eos.reference_volume() * p.ratio;
+    let own = || law.eos.point(law.eos.relaxed_volume(volume, p.energy), p.energy).temperature;
     At {
         time,
         position: padded(&p.position),
         velocity: padded(&p.velocity),
-        density: 1.0 / (law.eos.reference_volume() * p.ratio),
+        density: 1.0 / volume,
         pressure: p.pressure(),
-        temperature: p.temperature,
+        temperature: if p.failed() { own() } else { p.temperature },
         energy: p.energy,
         plastic_strain: p.plastic_strain,
         failed: if p.failed() { 1.0 } else { 0.0 },

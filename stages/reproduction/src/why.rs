@@ -66,7 +66,7 @@ fn release(paper: &Column<'_>, best: &Column<'_>) -> String {
     }
 }
 
-/// The law's exponent is the grid's, where all runs have the same cell.
+/// What the grid has to do with the law's exponent, where all runs have the same cell.
 fn resolution(paper: &Column<'_>, best: &Column<'_>) -> String {
     let across = |e: &EtaLaw| {
         let of = |pick: fn(f64, f64) -> f64, start| e.points.iter().map(|p| p.diameter / p.cell).fold(start, pick);
@@ -77,8 +77,8 @@ fn resolution(paper: &Column<'_>, best: &Column<'_>) -> String {
         let (few, many) = across(eta);
         text = format!(
             "With the same cells for all spheres the small ones have {few:.0} across and the large ones {many:.0}: heat at the contact \
-             is a layer of a few cells, so its share falls as cells over diameter, which looks like a power of D/t near −0.7. Nothing \
-             in the scene but the grid has that length."
+             is a layer of a few cells, so its share falls as cells over diameter, which looks like a power of D/t near −0.7. That \
+             speaks for the grid as the exponent's source; the same sweep at another size of cells would show it."
         );
     }
     if let Some(eta) = best.eta {

@@ -84,7 +84,8 @@ mod tests {
         let (all, own) = (study(&made), study(&here));
         let checks = check((&made, &all), (&here, &own));
         let found: Vec<(f64, &str, bool)> = checks.iter().map(|c| (c.target, c.setting.as_str(), c.holds())).collect();
-        assert_eq!(found, [(0.05, "8", false), (0.02, "16", false), (0.01, "32", false)]);
+        // 0.3 over the cells, and 1.25 times that of 64 beside it in quadrature, as the limit is known no better: 0.0111 at 32
+        assert_eq!(found, [(0.05, "8", false), (0.02, "16", false), (0.01, "64", false)]);
         assert!(checks.iter().all(|c| c.factor() == 1.0));
         let own = check((&made, &all), (&made, &all));
         assert!(own.iter().all(Check::holds));
