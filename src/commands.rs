@@ -21,6 +21,7 @@ pub mod tradeoff;
 use crate::mistake::Mistake;
 use crate::pipeline::{self, Pipeline};
 use crate::plan::Plan;
+use hvi_cache::Second;
 use hvi_kit::Store;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -85,8 +86,9 @@ pub struct StoreArgs {
     /// Folder of the store [default: $HVI_STORE, else cache/store of the project the pipeline lies in, else the user's cache]
     #[arg(long, value_name = "FOLDER")]
     store: Option<PathBuf>,
-    /// Folder of a second store, which serves what the first one lacks and is only read [default: $HVI_SECOND_STORE]
-    #[arg(long, value_name = "FOLDER")]
+    /// A second store, which serves what the first one lacks and is only read: a folder, or s3://BUCKET/PREFIX with endpoint
+    /// and credentials from the usual AWS_* variables [default: $HVI_SECOND_STORE]
+    #[arg(long, value_name = "PLACE")]
     second_store: Option<PathBuf>,
 }
 
@@ -117,7 +119,7 @@ impl StoreArgs {
             second.or_else(|| std::env::var_os("HVI_SECOND_STORE").filter(|v| !v.is_empty()).map(PathBuf::from));
         let store = Store::open(folder)?;
         Ok(match second {
-            Some(second) => store.with_second(Store::open(second)?),
+            Some(second) => store.with_second(Second::open(&second)?),
             None => store,
         })
     }

@@ -333,6 +333,8 @@ pub fn warn(text: std::fmt::Arguments<'_>) {
 
 /// `4.2 s`, `3 min 12 s`, `2 h 5 min`.
 pub fn duration(seconds: f64) -> String {
+    // The sum of no times is -0, and would be shown as such.
+    let seconds = seconds.max(0.0) + 0.0;
     let whole = seconds.round() as u64;
     match whole {
         _ if seconds < 10.0 => format!("{seconds:.1} s"),

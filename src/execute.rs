@@ -22,8 +22,10 @@ mod times;
 mod worker;
 pub use clock::Clock;
 use coordinator::Coordinator;
+pub use graph::Graph;
 pub use machine::total_memory;
 use slurm::Cluster;
+use times::Times;
 pub use worker::{Came, Desk, Job, WORKER, compute};
 
 /// How to run. Nothing of it enters a key.
@@ -236,6 +238,13 @@ fn on_this_machine(run: &mut Coordinator<'_>, plan: &Plan, store: &Store, option
             run.watch();
         }
     });
+}
+
+/// Core-seconds foretold for each node without a result, from what such nodes took before; 0 for the others.
+pub fn foretell(plan: &Plan, outcomes: &[Option<Outcome>], store: &Store) -> Vec<f64> {
+    let times = Times::of(plan, outcomes, store);
+    let nodes = plan.nodes.iter().zip(outcomes);
+    nodes.map(|(node, o)| if o.is_some() { 0.0 } else { times.predict(node.stage.name, node.cost) }).collect()
 }
 
 /// Why a node failed that was stopped after `limit`.

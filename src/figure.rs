@@ -206,7 +206,10 @@ fn series(out: &mut String, s: &Series, colour: &str, x: &Scale, y: &Scale) {
                 pen_down = false;
                 continue;
             };
-            let _ = write!(path, "{}{px:.1} {py:.1}", if pen_down { 'L' } else { 'M' });
+            path.push(if pen_down { 'L' } else { 'M' });
+            tenths(&mut path, px);
+            path.push(' ');
+            tenths(&mut path, py);
             pen_down = true;
         }
         let _ = writeln!(
@@ -228,6 +231,13 @@ fn series(out: &mut String, s: &Series, colour: &str, x: &Scale, y: &Scale) {
     if !matches!(s.style, Style::Line | Style::Dashed) {
         s.points.iter().filter_map(placed).for_each(|(px, py)| marker(out, s.style, colour, px, py));
     }
+}
+
+/// Writes a coordinate with one decimal: a page has many thousands, for which the general way takes three times as long.
+fn tenths(out: &mut String, v: f64) {
+    let whole = (10.0 * v).round() as i64;
+    let (sign, whole) = (if whole < 0 { "-" } else { "" }, whole.unsigned_abs());
+    let _ = write!(out, "{sign}{}.{}", whole / 10, whole % 10);
 }
 
 fn dash(style: Style) -> &'static str {

@@ -120,6 +120,12 @@ fn until(plan: &Plan, id: NodeId, store: &Store, last: &Last, output: &dyn Fn(No
     Until { first, changes: changes.unwrap_or_default(), ran_before }
 }
 
+/// Core-seconds foretold for each node that isn't in the store, from what such nodes took before; 0 for the others.
+pub fn foretell(plan: &Plan, forecasts: &[Forecast], store: &Store) -> Vec<f64> {
+    let outcomes: Vec<_> = forecasts.iter().map(|f| f.entry().map(|entry| Outcome::Hit(*entry))).collect();
+    execute::foretell(plan, &outcomes, store)
+}
+
 /// The results that are in the store, as a run that computed nothing would report them.
 pub fn report(forecasts: &[Forecast]) -> Report {
     let outcome = |f: &Forecast| match f.entry() {

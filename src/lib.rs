@@ -21,10 +21,11 @@
 //! | `registry.rs` | every stage, and the digest of its code (`build.rs` makes it) |
 //! | `execute.rs`, `execute/` | lookup, packing into cores and memory, workers, failures, cancel |
 //! | `forecast.rs`, `history.rs` | what a run would do and why; what earlier runs did |
+//! | `schedule.rs` | how a plan would pack onto the cores of a cluster |
 //! | `events.rs`, `console.rs` | what happens, and how it is shown |
 //! | `outputs.rs`, `report.rs`, `report.html`, `figure.rs`, `hdf5_table.rs`, `hdf5_file.rs`, `extended_xyz.rs`, `vtkhdf.rs` | what people get: page, CSV, SVG, PNG, HDF5, XYZ, VTKHDF |
 //! | `tradeoff.rs` | `[tradeoff.NAME]`: sets of runs, joined with what they cost |
-//! | `amount.rs` | times and sizes as people write them |
+//! | `amount.rs`, `named_file.rs` | times and sizes as people write them; files that they name |
 //! | `watch.rs` | the page of a study that runs, on this machine's own address |
 //! | `ro_crate.rs` | where exported results come from, for other programs |
 //! | `mistake.rs` | wrong input, shown with line and mark |
@@ -48,6 +49,7 @@ pub mod hdf5_file;
 pub mod hdf5_table;
 pub mod history;
 pub mod mistake;
+pub mod named_file;
 pub mod outputs;
 pub mod pipeline;
 pub mod plan;
@@ -56,6 +58,7 @@ pub mod reference_page;
 pub mod registry;
 pub mod report;
 pub mod ro_crate;
+pub mod schedule;
 pub mod schema;
 pub mod sweep;
 pub mod tradeoff;

@@ -46,6 +46,9 @@ struct Manifest {
 
 const MANIFEST: &str = ".manifest.json";
 
+/// The report.
+const PAGE: &str = "report.html";
+
 /// Beside the manifest, because only comparisons read it: the key of each node that has a result, by its label.
 const KEYS: &str = ".keys.json";
 
@@ -115,12 +118,18 @@ impl Manifest {
     }
 }
 
-/// Checks that `folder` doesn't hold the results of another pipeline of the same name.
+/// Checks that `folder` doesn't hold the results of another pipeline of the same name, nor somebody else's report.
 ///
 /// # Errors
 /// [`Mistake`] where it does, and that pipeline is still there.
 pub fn claim(pipeline: &Pipeline, folder: &Path) -> Result<(), Mistake> {
-    let (owner, own) = (Manifest::read(folder).pipeline, full(&pipeline.path));
+    let (manifest, page) = (Manifest::read(folder), folder.join(PAGE));
+    // One that is known was edited, and is put back.
+    if !manifest.files.contains_key(PAGE) && fs::symlink_metadata(&page).is_ok() && !report::is_ours(&page) {
+        let title = format!("{} was not made by hvi-flow, and is not overwritten", page.display());
+        return Err(Mistake::new(title).help("move it away, or give another folder with --out"));
+    }
+    let (owner, own) = (manifest.pipeline, full(&pipeline.path));
     if owner.as_os_str().is_empty() || owner == own || !owner.exists() {
         return Ok(());
     }
@@ -147,7 +156,7 @@ pub struct Written {
 /// # Errors
 /// Where a file can't be written.
 pub fn write(pipeline: &Pipeline, plan: &Plan, run: &Report, store: &Store, folder: &Path) -> io::Result<Written> {
-    let page = folder.join("report.html");
+    let page = folder.join(PAGE);
     let mut old = Manifest::read(folder);
     let study = digest(pipeline, plan, run);
     if old.study == study && !old.files.is_empty() && old.is_whole(folder) {
@@ -163,7 +172,7 @@ pub fn write(pipeline: &Pipeline, plan: &Plan, run: &Report, store: &Store, fold
         steps.push(shown(plan, step, points));
     }
     let study_page = Title::of(pipeline).study(steps, run.seconds);
-    writer.file("report.html", report::render(&study_page).as_bytes())?;
+    writer.file(PAGE, report::render(&study_page).as_bytes())?;
     for (name, seen) in std::mem::take(&mut writer.old) {
         if let Entry::Vacant(entry) = writer.files.entry(name) {
             if stays(entry.key(), pipeline, plan, run) {

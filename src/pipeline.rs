@@ -1,6 +1,7 @@
 //! A pipeline file as written: TOML -> steps with their sweeps, `include`, `--set` and `[material.NAME]` applied.
 use crate::amount;
 use crate::mistake::{At, Mistake, Source};
+use crate::named_file;
 use crate::registry;
 use crate::sweep::{self, Point};
 use crate::value::{self, Key, Node, Table, Value};
@@ -143,7 +144,7 @@ struct RawStep {
 impl Raw {
     fn read(&mut self, path: &Path, named: Option<&At>, depth: usize) -> Result<(), Mistake> {
         let name = path.display().to_string();
-        let text = std::fs::read_to_string(path).map_err(|e| {
+        let text = named_file::read_text(path).map_err(|e| {
             let mistake = Mistake::new(format!("can't read {name}: {e}"));
             named.map_or(Mistake::new(format!("can't read {name}: {e}")), |at| mistake.at(at, "named here"))
         })?;

@@ -455,7 +455,7 @@ impl Builder<'_> {
         if let Some(digest) = self.read.get(&path) {
             return Ok(Input::File(*digest));
         }
-        let bytes = std::fs::read(&path)
+        let bytes = crate::named_file::read(&path)
             .map_err(|e| Mistake::new(format!("can't read {}: {e}", path.display())).at(&value.at, "named here"))?;
         let encoded = File(bytes).encode();
         let digest = Digest::of(&encoded);

@@ -2,7 +2,8 @@
 //!
 //! `report.html` is the page's template, `report/page.js` its script, `report/live.js` that of a page that renews itself,
 //! `report/data.rs` the data for it, `report/chain.rs` draws the chain, `report/parts.rs` turns results into rows, drawings and
-//! pictures, `report/markdown.rs` into Markdown. Every name is escaped by the template; only drawings made here go in as they are.
+//! pictures, `report/markdown.rs` into Markdown. Every name is escaped, by the template or where cells and
+//! drawings are made, which go in as they are.
 mod chain;
 mod data;
 mod markdown;
@@ -13,6 +14,9 @@ use hvi_kit::view::{Scalar, View};
 use parts::{Block, Budget, Grid};
 pub use parts::{MOST_PICTURES_A_SWEEP, MOST_POINTS_SHOWN};
 use serde::Serialize;
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
 use std::sync::Arc;
 
 /// A study and what came of it.
@@ -135,6 +139,16 @@ struct Section<'a> {
     troubles_left_out: usize,
     blocks: Vec<Block>,
     left_out: String,
+}
+
+/// What each page says of itself near its beginning, in `report.html`.
+const MARK: &str = r#"<meta name="generator" content="hvi-flow">"#;
+
+/// Whether the file at `path` is such a page.
+pub fn is_ours(path: &Path) -> bool {
+    let mut head = Vec::new();
+    let read = File::open(path).and_then(|file| file.take(1024).read_to_end(&mut head));
+    read.is_ok() && String::from_utf8_lossy(&head).contains(MARK)
 }
 
 /// The page.

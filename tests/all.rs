@@ -15,6 +15,8 @@ mod suite {
     pub mod key;
     pub mod language;
     pub mod project;
+    #[cfg(feature = "s3")]
+    pub mod s3;
     pub mod schema;
     pub mod slurm;
     pub mod stops;

@@ -20,6 +20,12 @@ pub enum StoreError {
         "{path}: {source}: what is stored is still whole; make room with `hvi-flow cache gc`, or give another folder with --store"
     )]
     Full { path: PathBuf, source: io::Error },
+    #[error("{path}: a store is a folder, and this leads through a file: give another one with --store")]
+    NoFolder { path: PathBuf },
+    #[error("{url}: {why}")]
+    Bucket { url: String, why: String },
+    #[error("this hvi-flow was built without S3: build it with `cargo build --release --features s3`")]
+    NoS3,
     #[error("object {0} was damaged: it was moved aside to `damaged/`; run again to recompute it")]
     Damaged(Digest),
     #[error(

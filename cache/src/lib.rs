@@ -7,10 +7,12 @@
 //! | `digest.rs`, `recipe.rs`, `record.rs` | names of bytes, what was asked, what came of it |
 //! | `store.rs` | publishing, reading, looking up |
 //! | `index.rs` | lookups without opening a file |
-//! | `second.rs` | results from another store |
+//! | `second.rs`, `bucket.rs` | results from another store: a folder, or a bucket of an S3-compatible service |
 //! | `lock.rs` | who computes what |
 //! | `upkeep.rs` | count, verify, repair, remove |
 //! | `error.rs` | why it could not serve |
+#[cfg(feature = "s3")]
+mod bucket;
 mod digest;
 mod error;
 mod index;
@@ -25,6 +27,6 @@ pub use error::StoreError;
 pub use lock::{Claim, InUse};
 pub use recipe::{Asked, Change, Plugged, Recipe, Slot};
 pub use record::{Entry, Record};
-pub use second::Copied;
+pub use second::{Copied, Second};
 pub use store::{Found, Store};
 pub use upkeep::{Collected, Limits, Problem, Repaired, Shelf, Stats, Verified};

@@ -6,7 +6,7 @@
 use crate::error::FORMAT;
 use crate::index::{Index, Known};
 use crate::lock::{self, Claim, InUse};
-use crate::{Digest, Entry, Recipe, Record, StoreError};
+use crate::{Digest, Entry, Recipe, Record, Second, StoreError};
 use rustix::fs::AtFlags;
 use std::{
     fs,
@@ -46,16 +46,20 @@ pub struct Store {
     ready: AtomicBool,
     notices: Mutex<Vec<String>>,
     /// Serves what this one lacks.
-    pub(crate) second: Option<Box<Store>>,
+    pub(crate) second: Option<Box<Second>>,
+    /// Whether it could not be asked: it is asked no more.
+    pub(crate) second_is_lost: AtomicBool,
 }
 
 impl Store {
     /// Opens the store in folder `root`, which may be absent or not writable; makes nothing.
     ///
     /// # Errors
-    /// [`StoreError::Format`] where it holds another format; [`StoreError::Io`] where that can't be read.
+    /// [`StoreError::Format`] where it holds another format; [`StoreError::NoFolder`] where a file is in its place;
+    /// [`StoreError::Io`] where that can't be read.
     pub fn open(root: impl Into<PathBuf>) -> Result<Store, StoreError> {
         let root = root.into();
+        check_place(&root)?;
         check_format(&root)?;
         let (at, mut notices) = (root.join("index"), Vec::new());
         let index = Index::load(at.clone()).unwrap_or_else(|_| {
@@ -63,8 +67,8 @@ impl Store {
             Index::empty(at)
         });
         let (serial, ready) = (AtomicU64::new(0), AtomicBool::new(false));
-        let objects = OnceLock::new();
-        Ok(Store { root, index: Mutex::new(index), serial, objects, ready, notices: Mutex::new(notices), second: None })
+        let (objects, notices, second_is_lost) = (OnceLock::new(), Mutex::new(notices), AtomicBool::new(false));
+        Ok(Store { root, index: Mutex::new(index), serial, objects, ready, notices, second: None, second_is_lost })
     }
 
     /// Its folder.
@@ -196,7 +200,7 @@ impl Store {
         }
     }
 
-    fn find_here(&self, key: Digest) -> Found {
+    pub(crate) fn find_here(&self, key: Digest) -> Found {
         let known = self.known(key);
         let entry = match known {
             Some(known) => known.entry,
@@ -357,6 +361,15 @@ impl Store {
 /// The file that says the format: the format, and a line that proves it.
 fn format_file() -> String {
     format!("{FORMAT}\n{}\n", Digest::of(FORMAT.as_bytes()))
+}
+
+/// Refuses a place that is, or leads through, something other than a folder.
+fn check_place(root: &Path) -> Result<(), StoreError> {
+    let is_blocked = match fs::metadata(root) {
+        Ok(there) => !there.is_dir(),
+        Err(e) => e.kind() == io::ErrorKind::NotADirectory,
+    };
+    if is_blocked { Err(StoreError::NoFolder { path: root.into() }) } else { Ok(()) }
 }
 
 /// Refuses a store of another format; none is as good as this one. A damaged file says nothing: what lies in the store

@@ -1,5 +1,5 @@
 //! The store as its users meet it: damage, two writers, a folder that can't be written, other formats, upkeep.
-use hvi_cache::{Digest, Found, Limits, Recipe, Record, Store, StoreError};
+use hvi_cache::{Digest, Found, Limits, Recipe, Record, Second, Store, StoreError};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
@@ -476,7 +476,7 @@ fn a_second_store_serves_what_the_first_one_lacks_and_only_what_is_whole() {
     fs::write(on_shelf(other.path(), "results", results[2].0), "no record").unwrap();
     fs::write(on_shelf(other.path(), "recipes", results[3].0), "no recipe").unwrap();
     let before = files_below(other.path());
-    let store = Store::open(own.path()).unwrap().with_second(Store::open(other.path()).unwrap());
+    let store = Store::open(own.path()).unwrap().with_second(Second::open(other.path()).unwrap());
     assert!(whole(&store, results[0].0));
     assert!(results[1..].iter().all(|(key, _)| !whole(&store, *key)), "damage is not passed on");
     assert_eq!(files_below(other.path()), before, "it is only read");
@@ -488,7 +488,7 @@ fn a_second_store_serves_what_the_first_one_lacks_and_only_what_is_whole() {
     fs::write(object(own.path(), results[0].1), "rot").unwrap();
     assert!(whole(&store, results[0].0) && store.get(results[0].1).unwrap() == b"result 0");
     // No second store is no obstacle.
-    let gone = Store::open(own.path()).unwrap().with_second(Store::open(own.path().join("absent")).unwrap());
+    let gone = Store::open(own.path()).unwrap().with_second(Second::open(&own.path().join("absent")).unwrap());
     assert!(whole(&gone, results[0].0) && !whole(&gone, results[1].0));
 }
 
@@ -496,14 +496,16 @@ fn a_second_store_serves_what_the_first_one_lacks_and_only_what_is_whole() {
 fn a_whole_store_is_copied_once() {
     let (a, b) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
     let from = Store::open(a.path()).unwrap();
+    let second = Second::open(a.path()).unwrap();
     let results: Vec<_> = (0..5).map(|n| store_result(&from, n)).collect();
     fs::write(object(a.path(), results[4].1), "rot").unwrap();
     let to = Store::open(b.path()).unwrap();
     store_result(&to, 0);
-    let done = to.fetch_all(&from).unwrap();
+    let done = to.pull(&second).unwrap();
     assert_eq!((done.results, done.known, done.damaged, done.bytes), (3, 1, 1, 24));
-    let done = to.fetch_all(&from).unwrap();
+    let done = from.push(&Second::open(b.path()).unwrap()).unwrap();
     assert_eq!((done.results, done.known, done.damaged, done.bytes), (0, 4, 1, 0));
+    let to = Store::open(b.path()).unwrap();
     assert!(results[..4].iter().all(|(key, _)| whole(&to, *key)));
     assert!(to.verify().problems.is_empty());
 }

@@ -6,7 +6,7 @@ use crate::history::Last;
 use crate::mistake::Mistake;
 use crate::{amount, history, pipeline, plan};
 use clap::Subcommand;
-use hvi_cache::{Limits, Shelf};
+use hvi_cache::{Copied, Limits, Second, Shelf};
 use hvi_kit::{Digest, Store};
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -41,16 +41,16 @@ enum What {
     Push {
         #[command(flatten)]
         store: StoreArgs,
-        /// Folder of the other store; it is made if it isn't there
-        #[arg(value_name = "FOLDER")]
+        /// The other store: a folder, which is made if it isn't there, or s3://BUCKET/PREFIX
+        #[arg(value_name = "PLACE")]
         to: PathBuf,
     },
     /// Copy every result of another store that this one lacks
     Pull {
         #[command(flatten)]
         store: StoreArgs,
-        /// Folder of the other store
-        #[arg(value_name = "FOLDER")]
+        /// The other store: a folder, or s3://BUCKET/PREFIX
+        #[arg(value_name = "PLACE")]
         from: PathBuf,
     },
     /// Remove results: by age, by size, all but what pipelines need
@@ -92,11 +92,19 @@ pub fn run(args: &Args) -> Done {
             ));
             Ok(ExitCode::SUCCESS)
         }
-        What::Push { store, to } => copy(&store.open(here)?, &Store::open(to)?),
-        What::Pull { from, .. } if !from.is_dir() => {
-            Err(Mistake::new(format!("{}: there is no store there", from.display())).into())
+        What::Push { store, to } => {
+            let (store, to) = (store.open(here)?, Second::open(to)?);
+            let from = store.folder().display().to_string();
+            copied(store.push(&to)?, &from, &to.name())
         }
-        What::Pull { store, from } => copy(&Store::open(from)?, &store.open(here)?),
+        What::Pull { store, from } => {
+            let second = Second::open(from)?;
+            if matches!(second, Second::Folder(_)) && !from.is_dir() {
+                return Err(Mistake::new(format!("{}: there is no store there", from.display())).into());
+            }
+            let store = store.open(here)?;
+            copied(store.pull(&second)?, &second.name(), &store.folder().display().to_string())
+        }
         What::Gc(gc) => collect(gc, &gc.store.open(here)?),
     }
 }
@@ -140,16 +148,13 @@ fn verify(store: &Store) -> Done {
 }
 
 /// Exit code 1 where something was not whole where it came from, so that a script hears of it.
-fn copy(from: &Store, to: &Store) -> Done {
-    let done = to.fetch_all(from)?;
+fn copied(done: Copied, from: &str, to: &str) -> Done {
     say(format_args!(
-        "{} results ({}) copied to {}, {} were there, {} are damaged in {}",
+        "{} results ({}) copied to {to}, {} were there, {} are damaged in {from}",
         done.results,
         bytes(done.bytes),
-        to.folder().display(),
         done.known,
         done.damaged,
-        from.folder().display()
     ));
     Ok(ExitCode::from(u8::from(done.damaged > 0)))
 }

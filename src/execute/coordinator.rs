@@ -1,9 +1,8 @@
 //! The state of a run: which nodes wait, which are at work, what came of each. One thread owns it; it never blocks.
 use super::graph::Graph;
 use super::machine::{Machine, Share, Waiting};
-use super::times::Times;
 use super::worker::{Came, Job};
-use super::{Options, Outcome, Report, recipe, stored};
+use super::{Options, Outcome, Report, foretell, recipe, stored};
 use crate::events::{Event, What};
 use crate::pipeline::Care;
 use crate::plan::{NodeId, Plan};
@@ -189,7 +188,7 @@ impl<'a> Coordinator<'a> {
     /// Queues what has to run, ranked by the longest way to the end.
     fn queue(&mut self) {
         if self.ways.is_empty() && !self.missed.is_empty() {
-            self.foretold = self.foretell();
+            self.foretold = foretell(self.plan, &self.outcomes, self.store);
             self.options.listener.outlook(self.plan, &self.foretold);
             self.ways = self.graph.longest_ways(&self.foretold);
         }
@@ -203,13 +202,6 @@ impl<'a> Coordinator<'a> {
         let needs = (node.stage.needs)(&node.params);
         let threads = self.options.remote.map_or(needs.threads, |remote| needs.threads.min(remote.profile.cores));
         self.waiting.push(id, self.ways[id], threads, self.machine.asked(needs.memory));
-    }
-
-    /// Core-seconds foretold for each node that isn't settled, 0 for the others.
-    fn foretell(&self) -> Vec<f64> {
-        let times = Times::of(self.plan, &self.outcomes, self.store);
-        let nodes = self.plan.nodes.iter().zip(&self.outcomes);
-        nodes.map(|(node, o)| if o.is_some() { 0.0 } else { times.predict(node.stage.name, node.cost) }).collect()
     }
 
     fn hand_out(&mut self, begin: &dyn Fn(Job)) {

@@ -76,17 +76,25 @@ fn each_edge(plan: &Plan, mut edge: impl FnMut(NodeId, NodeId)) {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
+impl Graph {
     /// 0 -> 1 -> 3, 0 -> 2 -> 3, and 4 alone.
-    fn diamond() -> Graph {
+    pub fn diamond() -> Graph {
         Graph { open: vec![0, 1, 1, 2, 0], first: vec![0, 2, 3, 4, 4, 4], dependents: vec![1, 2, 3, 3] }
     }
 
+    /// `n` nodes that need nothing.
+    pub fn alone(n: usize) -> Graph {
+        Graph { open: vec![0; n], first: vec![0; n + 1], dependents: Vec::new() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
     #[test]
     fn a_node_is_free_when_its_last_need_is_settled() {
-        let mut graph = diamond();
+        let mut graph = Graph::diamond();
         assert_eq!(graph.roots(), [0, 4]);
         let mut freed = Vec::new();
         for id in [0, 1, 2] {
@@ -97,6 +105,6 @@ mod tests {
 
     #[test]
     fn ways_follow_the_heaviest_branch() {
-        assert_eq!(diamond().longest_ways(&[1.0, 10.0, 2.0, 3.0, 7.0]), [14.0, 13.0, 5.0, 3.0, 7.0]);
+        assert_eq!(Graph::diamond().longest_ways(&[1.0, 10.0, 2.0, 3.0, 7.0]), [14.0, 13.0, 5.0, 3.0, 7.0]);
     }
 }

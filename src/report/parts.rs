@@ -1,9 +1,9 @@
 //! Parts of the report: tables as rows of text, figures as drawings, pictures as embedded files.
 use super::{Point, State, data};
-use crate::figure::{self, number, uncertain, unit};
+use crate::figure::{self, escape, number, uncertain, unit};
 use hvi_kit::units;
 use hvi_kit::view::{Cell, Picture, Scalar, Table, View};
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 use std::sync::Arc;
 
 /// Rows of one table that the page holds; the files beside it hold all.
@@ -40,6 +40,8 @@ impl Budget {
 pub struct Grid {
     title: String,
     head: Vec<Head>,
+    /// In the page, each row as its escaped cells.
+    #[serde(serialize_with = "as_cells")]
     rows: Vec<Vec<Text>>,
     left_out: usize,
     tall: bool,
@@ -55,7 +57,6 @@ struct Head {
     number: bool,
 }
 
-#[derive(Serialize)]
 struct Text {
     text: String,
     number: bool,
@@ -63,7 +64,30 @@ struct Text {
     /// With all digits, where the text has fewer.
     full: String,
 }
+
+/// Rows as HTML: a page has thousands of cells, for which a template takes ten times as long.
+fn as_cells<S: Serializer>(rows: &[Vec<Text>], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_seq(rows.iter().map(|row| {
+        let mut html = String::with_capacity(32 * row.len());
+        row.iter().for_each(|cell| cell.write(&mut html));
+        html
+    }))
+}
+
 impl Text {
+    fn write(&self, html: &mut String) {
+        html.push_str("<td");
+        let class = [if self.number { "number" } else { "" }, self.class];
+        let class: Vec<&str> = class.into_iter().filter(|c| !c.is_empty()).collect();
+        for (name, value) in [("class", class.join(" ")), ("data-full", escape(&self.full))] {
+            if !value.is_empty() {
+                [" ", name, "=\"", &value, "\""].iter().for_each(|part| html.push_str(part));
+            }
+        }
+        html.push('>');
+        html.push_str(&escape(&self.text));
+        html.push_str("</td>");
+    }
     fn word(text: impl Into<String>, class: &'static str) -> Text {
         Text { text: text.into(), number: false, class, full: String::new() }
     }

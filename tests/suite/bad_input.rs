@@ -36,6 +36,39 @@ fn a_file_that_is_not_there_is_named() {
     assert!(said.err.contains("can't read absent.toml"), "{}", said.err);
 }
 
+/// A pipe would be waited for without end, a device read without end.
+#[test]
+fn only_regular_files_are_read() {
+    let project = Project::new("include = [\"/dev/zero\"]\n");
+    let made = std::process::Command::new("mkfifo").arg(project.path("pipe.csv")).status();
+    assert!(made.expect("this test needs mkfifo: apt-get install coreutils").success());
+    std::fs::create_dir(project.path("folder.csv")).unwrap();
+    let refused = |what: &str| {
+        let said = project.run();
+        assert_eq!(said.code, 2, "{}", said.err);
+        assert!(said.err.contains(what), "{}", said.err);
+    };
+    refused("can't read /dev/zero: not a regular file");
+    for (name, what) in [("pipe.csv", "not a regular file"), ("folder.csv", "it is a folder")] {
+        let step = |name: &str, body: &str| format!("[step.{name}]\nuse = {body}\n");
+        let check = format!("\"validate.isotherm\"\ndata = \"{name}\"\neos = \"@metal\"\nstates = \"@metal\"");
+        let metal = "\"eos.handbook\"\nset = \"copper-royce\"";
+        project.write("study.toml", &(step("metal", metal) + &step("check", &check)));
+        refused(&format!("can't read {name}: {what}"));
+    }
+}
+
+#[test]
+fn a_store_that_is_a_file_is_named() {
+    let project = Project::new("[step.a]\nuse = \"eos.handbook\"\nset = \"copper-royce\"\n");
+    for place in ["study.toml", "study.toml/store"] {
+        let said = project.hvi(&["run", "study.toml", "--store", place]);
+        assert_eq!(said.code, 1);
+        assert!(said.err.contains(&format!("{place}: a store is a folder")), "{}", said.err);
+        assert!(!project.path("out").exists());
+    }
+}
+
 #[test]
 fn settings_that_fit_nothing_are_named() {
     let project = Project::new("[step.a]\nuse = \"eos.handbook\"\nset = \"copper-royce\"\n");

@@ -162,6 +162,27 @@ fn results_of_other_steps_and_pipelines_stay() {
     assert!(!project.path("out/study/other.csv").exists(), "a step that is gone takes its files along");
 }
 
+/// A report that somebody else wrote stays; one of ours that was edited is put back, also where the manifest is lost.
+#[test]
+fn a_foreign_report_is_not_overwritten() {
+    let project = Project::new(STUDY);
+    let page = project.path("out/study/report.html");
+    std::fs::create_dir_all(project.path("out/study")).unwrap();
+    std::fs::write(&page, "<html>mine</html>").unwrap();
+    let said = project.run();
+    assert_eq!(said.code, 2, "{}", said.err);
+    assert!(said.err.contains("out/study/report.html was not made by hvi-flow"), "{}", said.err);
+    assert_eq!(std::fs::read_to_string(&page).unwrap(), "<html>mine</html>");
+    assert!(!project.path("store").exists(), "nothing ran");
+    std::fs::remove_file(&page).unwrap();
+    assert_eq!(project.run().code, 0);
+    std::fs::write(&page, "<html>edited</html>").unwrap();
+    assert_eq!(project.run().code, 0);
+    assert!(std::fs::read_to_string(&page).unwrap().contains("content=\"hvi-flow\""));
+    std::fs::remove_file(project.path("out/study/.manifest.json")).unwrap();
+    assert_eq!(project.run().code, 0);
+}
+
 /// Of a wide sweep only what changed is read again; files and page are those of a run that reads everything.
 #[test]
 fn a_changed_point_of_a_wide_sweep_leaves_the_same_files() {

@@ -118,6 +118,30 @@ fn plan_tells_machines_the_same() {
 }
 
 /// A run that finds all in the store leaves no entry; a damaged entry is passed over.
+/// What is foretold by stage adds up, and packs onto cores: more of them are quicker, none beats the longest way.
+#[test]
+fn plan_packs_onto_the_cores_of_a_cluster() {
+    let project = chain();
+    let asked = ["plan", "study.toml", "--cores", "1,4", "--machine-cores", "2", "--figures", "figures"];
+    let said = project.hvi(&asked);
+    assert_eq!(said.code, 0, "{}", said.err);
+    assert!(said.out.contains("packed onto machines of 2 cores"), "{}", said.out);
+    assert!(project.path("figures/study-on-4-cores.svg").exists() && project.files("store").is_empty());
+    let parsed = json(&project.hvi(&[&asked[..], &["--json"]].concat()).out);
+    let number = |value: &serde_json::Value| value.as_f64().unwrap();
+    let stages: f64 = parsed["stages"].as_array().unwrap().iter().map(|s| number(&s["core_s"])).sum();
+    assert!((stages / number(&parsed["cost_s"]) - 1.0).abs() < 1e-9);
+    let [one, four] = &parsed["packings"].as_array().unwrap()[..] else { panic!("{parsed}") };
+    // One core is never idle: it takes as long as the work is.
+    assert!((number(&one["makespan_s"]) / stages - 1.0).abs() < 1e-9 && number(&one["utilisation"]) > 0.999);
+    assert!(number(&four["makespan_s"]) <= number(&one["makespan_s"]));
+    assert!(number(&four["makespan_s"]) >= number(&four["longest_way_s"]) * (1.0 - 1e-9));
+    project.run();
+    let parsed = json(&project.hvi(&[&asked[..], &["--json"]].concat()).out);
+    assert_eq!(parsed["packings"][0]["makespan_s"], 0.0, "what is in the store takes no time");
+    assert_eq!(project.hvi(&["plan", "study.toml", "--cores", "0"]).code, 2);
+}
+
 #[test]
 fn history_grows_with_what_is_new() {
     let project = chain();
@@ -139,6 +163,7 @@ fn status_shows_what_is_there_what_ran_and_what_failed() {
     let said = project.hvi(&["status", "study.toml"]);
     assert_eq!(said.code, 0, "{}", said.err);
     assert!(said.out.contains("no run is on record") && said.out.contains("nothing is being computed"), "{}", said.out);
+    assert!(!said.out.contains("-0"), "what took no time took 0.0 s: {}", said.out);
     assert!(project.files("store").is_empty(), "looking makes nothing");
     project.run();
     let said = project.hvi(&["status", "study.toml"]);

@@ -121,6 +121,22 @@ fn every_shipped_pipeline_passes_plan() {
     assert!(count > 0, "no pipelines");
 }
 
+/// `sudo` gives a command a PATH of its own, on which there is no cargo unless the workflow hands its own on.
+#[test]
+fn the_workflow_sets_up_with_cargo_on_the_path() {
+    let text = std::fs::read_to_string(root().join(".github/workflows/study.yml")).unwrap();
+    let line = text.lines().find(|line| line.contains("setup.sh")).unwrap().trim();
+    let folder = tempfile::tempdir().unwrap();
+    let sudo = folder.path().join("sudo");
+    std::fs::write(&sudo, "#!/bin/sh\nexec env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin \"$@\"\n").unwrap();
+    std::fs::set_permissions(&sudo, std::os::unix::fs::PermissionsExt::from_mode(0o755)).unwrap();
+    let asked = line.replace("sh setup.sh run", "sh -c 'command -v cargo'");
+    assert!(asked.contains("command -v cargo"), "{line}");
+    let path = format!("{}:{}", folder.path().display(), std::env::var("PATH").unwrap());
+    let output = Command::new("sh").args(["-c", &asked]).env("PATH", path).output().unwrap();
+    assert!(output.status.success(), "{line}: cargo is not found");
+}
+
 /// Every data file says where its numbers come from and how far they can be trusted.
 #[test]
 fn data_has_source_and_status() {
