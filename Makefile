@@ -6,11 +6,11 @@ run: setup-run
 	target/release/hvi-flow run pipelines/copper.toml
 
 test: setup-test check
-	cargo test --workspace --locked --features s3
+	cargo test --workspace --locked
 
 check:
 	cargo fmt --all --check
-	cargo clippy --workspace --all-targets --locked --features s3 -- -D warnings
+	cargo clippy --workspace --all-targets --locked -- -D warnings
 
 setup-run:
 	@sh setup.sh run
