@@ -1,5 +1,5 @@
 # The two commands of the README, `make run` and `make test`, with all the set-up they need on a fresh Debian 12.
-.PHONY: performance run test check docs effects stability pictures reproduction bench setup-run setup-test kills faults scale
+.PHONY: performance eos-speed run test check docs effects stability pictures reproduction bench setup-run setup-test kills faults scale
 
 run: setup-run
 	cargo build --release --locked
@@ -70,3 +70,7 @@ bench:
 # Speed of the impact solver beside the machine's own: docs/performance.md. Some five minutes; nothing else should run meanwhile.
 performance:
 	cargo bench --locked -p hvi-impact --bench performance -- --write docs/performance.md
+
+# Speed of the equation of state, and its error against time. One minute; nothing else should run meanwhile.
+eos-speed:
+	HVI_WRITE=$(CURDIR)/docs/eos-speed.md cargo bench --locked -p hvi-eos --bench point

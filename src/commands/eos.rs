@@ -135,7 +135,7 @@ fn curve(eos: &Eos, kind: &Kind) -> Result<Vec<hvi_eos::curves::trace::Sample>, 
         Kind::Hugoniot(up_to) => eos.hugoniot_curve(up_to.si()?).map_err(none)?,
         Kind::Isotherm { temperature, up_to } => {
             let t = above_zero("--temperature", temperature, Dimension::Temperature)?;
-            eos.isotherm_curve(t, v0, densest(eos, t, up_to.si()?).map_err(none)?)
+            eos.isotherm_curve(t, v0, densest(eos, t, up_to.si()?).map_err(none)?).map_err(none)?
         }
         Kind::Isobar { pressure } => {
             let samples = eos.isobar_curve(quantity("--pressure", pressure, Dimension::Pressure)?, 100.0, 6000.0);
@@ -148,7 +148,7 @@ fn curve(eos: &Eos, kind: &Kind) -> Result<Vec<hvi_eos::curves::trace::Sample>, 
         }
         Kind::Isentrope { temperature, up_to } => {
             let t = above_zero("--temperature", temperature, Dimension::Temperature)?;
-            eos.isentrope_curve(v0, t, densest_adiabat(eos, t, up_to.si()?).map_err(none)?)
+            eos.isentrope_curve(v0, t, densest_adiabat(eos, t, up_to.si()?).map_err(none)?).map_err(none)?
         }
         Kind::Release { pressure } => {
             let p = above_zero("--pressure", pressure, Dimension::Pressure)?;

@@ -26,7 +26,8 @@ pub struct Point {
     pub pressure: f64,
     /// Temperature [K], 0 where the energy lies below the cold curve.
     pub temperature: f64,
-    /// Bulk (adiabatic) sound speed [m/s], with a floor of a tenth of the reference one for the metals.
+    /// Bulk (adiabatic) sound speed [m/s], with a floor of a tenth of the reference one for the metals: see
+    /// [`Eos::least_sound_speed`].
     pub sound_speed: f64,
     /// Regime; a model without phases says [`Phase::Solid`] (a gas: [`Phase::Vapour`]).
     pub phase: Phase,
@@ -129,6 +130,25 @@ impl Eos {
         for i in 0..volume.len() {
             out.set(i, self.point(volume[i], energy[i]));
             out.melting[i] = self.melting_temperature(volume[i]).unwrap_or(f64::INFINITY);
+        }
+    }
+    /// The floor of [`Point::sound_speed`] [m/s], which stands where matter is softer or not stable at all; `None` for models that
+    /// need none.
+    pub fn least_sound_speed(&self) -> Option<f64> {
+        match self {
+            Eos::Gray(m) => Some(m.least_sound_speed()),
+            Eos::Patches(m) => Some(m.gray().least_sound_speed()),
+            Eos::MieGruneisen(m) => Some(m.least_sound_speed()),
+            Eos::Tillotson(m) => Some(m.least_sound_speed()),
+            Eos::Table(m) => Some(m.least_sound_speed()),
+            Eos::IdealGas(_) | Eos::StiffenedGas(_) => None,
+        }
+    }
+    /// Whether (`volume` [m3/kg], `temperature` [K]) is where the model was made for: anywhere, but for a table, within its states.
+    pub fn covers(&self, volume: f64, temperature: f64) -> bool {
+        match self {
+            Eos::Table(m) => m.encloses(volume, temperature),
+            _ => true,
         }
     }
     /// Energy [J/kg] at specific `volume` [m3/kg] and `temperature` [K].

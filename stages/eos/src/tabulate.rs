@@ -5,7 +5,7 @@ use crate::model::tabulated::{Isochore, Node, Parameters};
 use crate::{Eos, EosResult, Tabulated};
 use hvi_kit::units::Temperature;
 use hvi_kit::{Ctx, File, Invalid, Stage, StageError, inputs};
-use hvi_md::{Phase, State};
+use hvi_md::{Phase, State, isochores};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -53,37 +53,35 @@ impl Stage for Table {
     }
     fn run(params: &Params, inputs: States, _: &Ctx<'_>) -> Result<EosResult, StageError> {
         let eos = tabulate(&inputs.states, params.reference_temperature.si())?;
-        let source = format!("table of {} states of molecular dynamics", inputs.states.len());
+        let torn = inputs.states.iter().filter(|s| s.is_torn()).count();
+        let left_out = if torn > 0 { format!(", {torn} torn ones left out") } else { String::new() };
+        let source = format!("table of {} states of molecular dynamics{left_out}", inputs.states.len() - torn);
         Ok(EosResult { eos: Eos::Table(eos), source, fit: None })
     }
 }
 
 /// The table of `states`, its energies counted from the zero-pressure solid at `reference_temperature` [K].
 ///
-/// Isochores on which a phase has a single state do not know that phase's heat: the state is left out.
+/// Isochores on which a phase has a single state do not know that phase's heat: the state is left out, and so are torn ones.
 ///
 /// # Errors
 /// [`StageError::Physics`] where the states have no zero-pressure solid, or make no table.
 pub fn tabulate(states: &[State], reference_temperature: f64) -> Result<Tabulated, StageError> {
     one_potential(states).map_err(StageError::physics)?;
     let reference = Reference::find(states, reference_temperature).map_err(StageError::physics)?;
-    let mut sorted: Vec<&State> = states.iter().collect();
-    sorted.sort_by(|a, b| a.volume.total_cmp(&b.volume));
-    let node = |s: &&&State| Node {
+    let all = isochores(states);
+    let node = |s: &&State| Node {
         temperature: s.temperature,
         energy: s.energy - reference.energy,
         pressure: s.pressure,
         errors: [s.energy_error, s.pressure_error],
     };
     let sheet = |phase: Phase| -> Vec<Isochore> {
-        // Volumes of one isochore may differ by rounding only.
-        let isochores = sorted.chunk_by(|a, b| (a.volume - b.volume).abs() < 1e-6 * a.volume);
-        let of = |same: &[&State]| {
-            let mut nodes: Vec<Node> = same.iter().filter(|s| s.phase == phase).map(|s| node(&s)).collect();
-            nodes.sort_by(|a, b| a.temperature.total_cmp(&b.temperature));
-            Isochore { volume: same[0].volume, nodes }
+        let of = |same: &Vec<&State>| Isochore {
+            volume: same[0].volume,
+            nodes: same.iter().filter(|s| s.phase == phase).map(node).collect(),
         };
-        isochores.map(of).filter(|i| i.nodes.len() >= 2).collect()
+        all.iter().map(of).filter(|i| i.nodes.len() >= 2).collect()
     };
     let (solid, liquid) = (sheet(Phase::Solid), sheet(Phase::Liquid));
     let liquid = if liquid.len() >= 2 { liquid } else { Vec::new() };

@@ -3,9 +3,9 @@ use hvi_eos::handbook::Set;
 use hvi_eos::model::{sesame, tabulated, tillotson};
 use hvi_eos::{Eos, Gray, Phase, StiffenedGas, Tabulated, Tillotson};
 
-/// Aluminium of J. H. Tillotson, General Atomic GA-3216 (1962; DTIC AD0486711), as tabulated for `/EOS/TILLOTSON` in Altair's Radioss
-/// reference guide (rho0, a, b, A, B, E0, E_iv, alpha, beta; energies there per reference volume). E_cv is recalled from H. J.
-/// Melosh, Impact Cratering (1989), table AII.3, and was not found again; heat capacity of the metal.
+/// Aluminium of H. J. Melosh, Impact Cratering (1989), table AII.3, as quoted in the material data of the SPH code miluphcuda
+/// (`aluminum.till.cfg`: E_iv 3.0, E_cv 13.9 MJ/kg; LLNL's Spheral has 2.7 and 14.1), after J. H. Tillotson, General Atomic
+/// GA-3216 (1962; DTIC AD0486711); heat capacity of the metal.
 fn aluminium() -> tillotson::Parameters {
     tillotson::Parameters {
         density: 2700.0,

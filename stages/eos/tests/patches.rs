@@ -59,9 +59,41 @@ fn the_error_is_within_the_one_stated() {
                 );
                 seen[b.phase as usize] += 1;
             }
+            let (mut many, mut exact) = (Points::default(), Points::default());
+            Eos::Patches(patches).evaluate(&v, &e, &mut many);
+            Eos::Gray(gray.clone()).evaluate(&v, &e, &mut exact);
+            let off = |(a, b): (&f64, &f64)| (a / b - 1.0).abs();
+            let worst = many.melting.iter().zip(&exact.melting).map(off).fold(0.0, f64::max);
+            assert!(worst <= accuracy, "{set:?} {accuracy}: T_m off by {worst}");
             assert!(seen.iter().all(|&n| n > 1000), "{seen:?}");
             // The displaced borders sweep over about that share of the states.
             assert!(strayed as f64 <= 3.0 * accuracy * v.len() as f64, "{set:?} {accuracy}: {strayed}");
+        }
+    }
+}
+
+/// On every border itself, of phases, columns, rows and of the patches' range, as beside it.
+#[test]
+fn borders_belong_to_one_of_their_sides() {
+    let gray = Gray::new(Set::CopperRoyce.parameters()).unwrap();
+    let patches = Patches::new(gray.clone(), 1e-5).unwrap();
+    let v0 = gray.parameters().volume;
+    let mut uniform = numbers();
+    for i in 0..4000 {
+        let v = match i % 4 {
+            0 => v0 * 1.5,
+            1 => v0 * (1.0 - gray.parameters().cap()),
+            _ => v0 * (0.4 + 1.1 * uniform()),
+        };
+        let [start, end, hot] = gray.borders(v);
+        // Columns are halves, quarters .. of a strip: its middle is the border of two of them.
+        let energy = |t: f64| gray.at(v, t).0.energy;
+        let ends = [energy(0.0), energy(start), energy(end), energy(hot), energy(3.0 * hot)];
+        for e in ends.windows(2).flat_map(|w| [w[0], 0.5 * (w[0] + w[1]), w[1]]) {
+            let (a, b) = (patches.point(v, e), gray.point(v, e));
+            let scale = b.pressure.abs().max(1e9);
+            assert!((a.pressure - b.pressure).abs() < 2e-5 * scale, "V/V0 {} E {e}: {a:?} {b:?}", v / v0);
+            assert!((a.temperature - b.temperature).abs() < 2e-5 * b.temperature.max(300.0), "{a:?} {b:?}");
         }
     }
 }

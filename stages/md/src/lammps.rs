@@ -223,7 +223,8 @@ impl Pieces<'_> {
             let rows: Vec<[f64; 6]> = rows.collect::<Result<_, _>>()?;
             let positions: Vec<[f64; 3]> = rows.iter().map(|r| [r[0], r[1], r[2]]).collect();
             let ways: Vec<[f64; 3]> = rows.iter().map(|r| [r[3], r[4], r[5]]).collect();
-            self.sampled.looks.push(Order::of(&positions, &ways, self.asked.lattice));
+            let edge = self.asked.lattice * self.asked.params.cells() as f64;
+            self.sampled.looks.push(Order::of(&positions, &ways, self.asked.lattice, edge));
         }
         Ok(())
     }

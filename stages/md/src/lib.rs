@@ -3,7 +3,7 @@
 //! `params.rs` what is asked; `run.rs` a run from beginning to end; `pressed.rs` the paper's way to a state; `state.rs` what comes out; `potential/` formulas, one
 //! file each; `table.rs` the same as tables; `lattice.rs` the crystal at rest; `lanes/` eight doubles at a time;
 //! `neighbor.rs` who is near whom; `force.rs` energy and forces; `system.rs` the atoms and their motion (`system/snapshot.rs` as bytes); `thermostat.rs`
-//! the heat bath; `barostat.rs` walls under pressure; `averaging.rs` means and errors; `order.rs` solid or liquid; `lammps.rs` the same by LAMMPS;
+//! the heat bath; `barostat.rs` walls under pressure; `averaging.rs` means and errors; `order.rs` solid or liquid; `void.rs` whole or torn; `lammps.rs` the same by LAMMPS;
 //! `sampled.rs` from samples to a state; `fault.rs` what can go wrong.
 //!
 //! Melting: `coexistence.rs` the stage `md.coexistence`, crystal and melt in one cell; `local_order.rs` solid or liquid, atom by
@@ -30,12 +30,13 @@ mod system;
 mod table;
 mod thermostat;
 pub mod units;
+pub mod void;
 pub use coexistence::{Coexistence, TwoPhases};
 pub use fault::Fault;
 pub use params::{By, Params};
 pub use potential::{Named, Potential};
 pub use pressed::Pressed;
-pub use state::{Phase, State};
+pub use state::{Phase, State, isochores};
 pub use system::{Snapshot, System};
 pub use table::Tables;
 pub use thermostat::Chain;

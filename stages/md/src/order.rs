@@ -1,5 +1,5 @@
 //! Solid or liquid: translational order against the lattice, and how far atoms are from their sites.
-use crate::lattice;
+use crate::{lattice, void};
 use hvi_kit::math::{cos, sin};
 use serde::{Deserialize, Serialize};
 
@@ -20,12 +20,14 @@ pub struct Order {
     pub displacement2: f64,
     /// The farthest atom's way from its site, over the distance of nearest sites.
     pub farthest: f64,
+    /// The share of the box that is void, see [`void`].
+    pub void: f64,
 }
 
 impl Order {
     /// The structure of atoms at `positions` in any order, `ways` off their sites, which are a lattice of cubic edge
-    /// `lattice` (all in angstrom).
-    pub fn of(positions: &[[f64; 3]], ways: &[[f64; 3]], lattice: f64) -> Order {
+    /// `lattice`, in a cube of edge `edge` (all in angstrom).
+    pub fn of(positions: &[[f64; 3]], ways: &[[f64; 3]], lattice: f64, edge: f64) -> Order {
         let atoms = positions.len() as f64;
         let translational = bragg(positions.iter().copied(), lattice) / (atoms * atoms);
         let nearest2 = lattice::NEAREST * lattice::NEAREST * lattice * lattice;
@@ -35,7 +37,8 @@ impl Order {
             sum += square;
             most = most.max(square);
         }
-        Order { translational, displacement2: sum / atoms / nearest2, farthest: (most / nearest2).sqrt() }
+        let void = void::share(positions, [edge; 3]);
+        Order { translational, displacement2: sum / atoms / nearest2, farthest: (most / nearest2).sqrt(), void }
     }
 
     /// Whether it is a crystal.

@@ -224,7 +224,7 @@ impl Run<'_> {
         }
         if sample.is_multiple_of(LEAST_SAMPLES) {
             let (positions, ways): (Vec<_>, _) = (self.system.positions().collect(), self.system.displacements());
-            looks.push(Order::of(&positions, &ways, self.asked.lattice));
+            looks.push(Order::of(&positions, &ways, self.asked.lattice, self.system.edges()[0]));
         }
         Ok(())
     }

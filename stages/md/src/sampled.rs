@@ -118,6 +118,7 @@ impl Sampled {
             on_target: pressure.error <= asked.target(),
             order: over_looks(|l| l.translational),
             displacement: over_looks(|l| l.displacement2).sqrt(),
+            void: self.looks.last().map_or(0.0, |l| l.void),
             trajectory: self.frames.clone(),
         }
     }

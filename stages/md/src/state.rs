@@ -1,5 +1,6 @@
 //! What a run of molecular dynamics leaves: one equilibrium state.
 use crate::potential::element::symbol;
+use crate::void::TORN;
 use hvi_kit::Artifact;
 use hvi_kit::view::{Cell, Frame, Scalar, Trajectory, View};
 use serde::{Deserialize, Serialize};
@@ -53,12 +54,32 @@ pub struct State {
     pub order: f64,
     /// Root mean square way of atoms from their sites, over the distance of nearest sites.
     pub displacement: f64,
+    /// Share of the box that is void at the end (see [`crate::void`]).
+    pub void: f64,
     /// Frames of the averaging, where they were asked for, those before a change of phase too.
     pub trajectory: Vec<Frame>,
 }
 
+impl State {
+    /// Whether it has torn: matter beside voids, which is neither crystal nor melt at its volume. Fits and tables leave it out.
+    pub fn is_torn(&self) -> bool {
+        self.void > TORN
+    }
+}
+
+/// The states that are not torn by isochore, volumes rising, temperatures rising on each.
+pub fn isochores(states: &[State]) -> Vec<Vec<&State>> {
+    let mut sorted: Vec<&State> = states.iter().filter(|s| !s.is_torn()).collect();
+    sorted.sort_by(|a, b| a.volume.total_cmp(&b.volume).then(a.temperature.total_cmp(&b.temperature)));
+    // Volumes of one isochore may differ by rounding only.
+    let mut all: Vec<Vec<&State>> =
+        sorted.chunk_by(|a, b| (a.volume - b.volume).abs() < 1e-6 * a.volume).map(<[&State]>::to_vec).collect();
+    all.iter_mut().for_each(|same| same.sort_by(|a, b| a.temperature.total_cmp(&b.temperature)));
+    all
+}
+
 impl Artifact for State {
-    const KIND: &'static str = "md-state/2";
+    const KIND: &'static str = "md-state/3";
     fn scalars(&self) -> Vec<Scalar> {
         let uncertain = |name: &str, value: f64, error: f64, unit: &str| Scalar {
             name: name.into(),
@@ -66,6 +87,7 @@ impl Artifact for State {
             value: Cell::Uncertain(value, error),
         };
         let phase = match self.phase {
+            _ if self.is_torn() => "torn",
             Phase::Solid => "solid",
             Phase::Liquid => "liquid",
         };

@@ -310,3 +310,21 @@ fn resumes(short: &Params, stops: [usize; 4]) {
         assert!(resumed.encode() == straight.encode(), "stopped at tick {at}");
     }
 }
+
+/// A cold crystal at 1.4 V0 is past its spinodal and tears: marked, whatever the local order says of it. Matter that fills its
+/// volume is not: the crystal at 1.05 V0, the melt at 1.2 V0, and the hot fluid at 1.4 V0.
+#[test]
+fn stretched_crystals_tear() {
+    let brief =
+        |volume_ratio, temperature| state(&Params { longest: Time::new(6e-12), ..params(volume_ratio, temperature) });
+    let torn = brief(1.4, 300.0);
+    println!("1.4 V0, 300 K: void {:.3}", torn.void);
+    assert!(torn.void > 3.0 * hvi_md::void::TORN, "{}", torn.void);
+    let phase = torn.scalars().into_iter().find(|s| s.name == "phase").unwrap();
+    assert!(matches!(&phase.value, hvi_kit::view::Cell::Text(t) if t == "torn"), "{phase:?}");
+    for (volume_ratio, temperature) in [(1.05, 300.0), (1.2, 5000.0), (1.4, 9000.0)] {
+        let whole = brief(volume_ratio, temperature);
+        println!("{volume_ratio} V0, {temperature} K: void {:.4}", whole.void);
+        assert!(!whole.is_torn(), "{volume_ratio} V0, {temperature} K: {}", whole.void);
+    }
+}

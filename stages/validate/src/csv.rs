@@ -1,4 +1,5 @@
-//! Reference data: comma-separated columns under a line of names, after `#` lines of source and status.
+//! Reference data: comma-separated columns under a line of names, after lines `# key: value` of source, units and status.
+use hvi_kit::units::{self, Dimension};
 
 /// What is wrong with a data file.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -17,6 +18,8 @@ pub struct CsvError {
 pub struct Csv<'a> {
     file: &'static str,
     header: usize,
+    /// Line, key and value of what is said of the data above them.
+    said: Vec<(usize, &'a str, &'a str)>,
     names: Vec<&'a str>,
     rows: Vec<(usize, Vec<&'a str>)>,
 }
@@ -27,11 +30,12 @@ impl<'a> Csv<'a> {
     /// # Errors
     /// [`CsvError`] where there is no line of names, or a row has fewer cells than there are names.
     pub fn read(file: &'static str, text: &'a str) -> Result<Csv<'a>, CsvError> {
-        let mut lines = text
-            .lines()
-            .enumerate()
-            .map(|(i, line)| (i + 1, line.trim()))
-            .filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
+        let all = || text.lines().enumerate().map(|(i, line)| (i + 1, line.trim()));
+        let remark = |(i, line): (usize, &'a str)| {
+            let (key, value) = line.strip_prefix('#')?.split_once(':')?;
+            Some((i, key.trim(), value.trim()))
+        };
+        let mut lines = all().filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
         let Some((header, names)) = lines.next() else {
             return Err(CsvError { file, line: 1, why: "no line of column names".into() });
         };
@@ -46,7 +50,22 @@ impl<'a> Csv<'a> {
             }
             rows.push((line, cells));
         }
-        Ok(Csv { file, header, names, rows })
+        Ok(Csv { file, header, said: all().filter_map(remark).collect(), names, rows })
+    }
+
+    /// What a line `# key: ...` says.
+    pub fn said(&self, key: &str) -> Option<&'a str> {
+        self.said.iter().find(|s| s.1 == key).map(|s| s.2)
+    }
+
+    /// The same as a quantity, in SI.
+    ///
+    /// # Errors
+    /// [`CsvError`] where it is none of `dimension`.
+    pub fn quantity(&self, key: &str, dimension: Dimension) -> Result<Option<f64>, CsvError> {
+        let Some(&(line, _, text)) = self.said.iter().find(|s| s.1 == key) else { return Ok(None) };
+        let wrong = |why| CsvError { file: self.file, line, why: format!("`{key}`: {why}") };
+        units::si(text, dimension).map(Some).map_err(wrong)
     }
 
     fn column(&self, name: &str) -> Result<usize, CsvError> {
@@ -105,6 +124,15 @@ mod tests {
         let csv = Csv::read("data", "# source\n\nV, P,note\n1,2.5,a, b\n3,-4e1,\n").unwrap();
         assert_eq!(csv.numbers("P").unwrap(), [2.5, -40.0]);
         assert_eq!(csv.text("note").unwrap(), ["a, b", ""]);
+    }
+
+    #[test]
+    fn remarks_have_keys() {
+        let csv = Csv::read("data", "# source: X, 1970: a book\n# rho0: 8.93 g/cm3\n# T: hot\nV,P\n1,2\n").unwrap();
+        assert_eq!((csv.said("source"), csv.said("set")), (Some("X, 1970: a book"), None));
+        assert_eq!(csv.quantity("rho0", Dimension::Density).unwrap(), Some(8930.0));
+        let wrong = csv.quantity("T", Dimension::Temperature).unwrap_err();
+        assert!(wrong.line == 3 && wrong.why.starts_with("`T`: "), "{wrong}");
     }
 
     #[test]

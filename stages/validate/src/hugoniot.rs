@@ -1,9 +1,9 @@
 //! Stage `validate.hugoniot`: the principal Hugoniot against shock experiments.
 use crate::score::{ALL, Compared, Score, Validation, judged};
 use crate::states::{Isochores, between};
-use crate::{Csv, CsvError};
+use crate::{Csv, CsvError, metal};
 use hvi_eos::EosResult;
-use hvi_kit::units::Pressure;
+use hvi_kit::units::{Dimension, Pressure};
 use hvi_kit::{Any, Ctx, File, Invalid, Stage, StageError, inputs};
 use hvi_md::State;
 use schemars::JsonSchema;
@@ -33,13 +33,15 @@ inputs! {
         marsh: Any<File>,
         /// Copper's shock states of the shock wave database: columns `up`, `Us` [km/s], `P_calc` [GPa], `flag`.
         database: Any<File>,
-        /// Shock states of any metal: columns `set`, `V_over_V0`, `P` [GPa].
+        /// Shock states of any metal: columns `set`, `V_over_V0`, `P` [GPa]; a line `# rho0: 2.7 g/cm3` says of which.
         shots: Any<File>,
     }
 }
 
 /// The sets of copper's data.
 const SETS: [&str; 2] = ["LASL compendium (Marsh 1980)", "shock wave database (unflagged)"];
+/// Density that copper's data count with [kg/m3].
+const COPPER: f64 = 8930.0;
 /// A second, lower range of pressure that is scored apart [Pa]: that of most experiments.
 const LOWER: f64 = 150e9;
 
@@ -68,19 +70,17 @@ impl Stage for Hugoniot {
 /// Compares; see [`Hugoniot`].
 ///
 /// # Errors
-/// [`StageError::Physics`] where a data file is malformed or has no points to score, or the states have no zero-pressure solid.
+/// [`StageError::Physics`] where a data file is malformed, has no points to score or is of another metal, or the states have no
+/// zero-pressure solid or are of another metal.
 pub fn validate(params: &Params, inputs: &Inputs) -> Result<Validation, StageError> {
     let eos = &inputs.eos.eos;
     let v0 = eos.reference_volume();
-    let model = |ratio: f64| eos.hugoniot(ratio * v0).ok().map(|s| s.pressure);
-    let (states, volumes) = if inputs.states.0.is_empty() {
-        (Vec::new(), (v0, v0, 0.0))
-    } else {
-        let isochores = Isochores::new(&inputs.states.0, eos.reference_temperature()).map_err(StageError::physics)?;
-        (isochores.hugoniot(), (v0, isochores.reference.volume, isochores.reference.volume_error))
-    };
-    let (sets, measured, compendium) = measured(inputs)?;
-    let compare = |&(set, ratio, pressure): &(u8, f64, f64)| Compared {
+    let shock = |ratio: f64| eos.hugoniot(ratio * v0).ok();
+    let model = |ratio: f64| shock(ratio).filter(|s| eos.covers(s.volume, s.temperature)).map(|s| s.pressure);
+    let isochores = Isochores::beside(eos, &inputs.states.0).map_err(StageError::physics)?;
+    let states = isochores.as_ref().map_or(Vec::new(), Isochores::hugoniot);
+    let Measured { sets, shots: measured, compendium, checked } = measured(inputs, 1.0 / v0)?;
+    let compare = |&(set, ratio, pressure): &Shot| Compared {
         set,
         ratio,
         measured: pressure,
@@ -91,10 +91,11 @@ pub fn validate(params: &Params, inputs: &Inputs) -> Result<Validation, StageErr
     let points: Vec<Compared> = measured.iter().map(compare).collect();
     let mut scores = Vec::new();
     let smooth: Vec<Compared> = line_through(&compendium).iter().map(compare).collect();
-    for up_to in [LOWER, params.up_to.si()] {
+    let up_to = params.up_to.si();
+    for up_to in if up_to > LOWER { vec![LOWER, up_to] } else { vec![up_to] } {
         for (of, pick) in [("equation of state", pick_model as fn(&Compared) -> Option<f64>), ("states", pick_states)] {
             for (i, name) in sets.iter().enumerate() {
-                scores.push(Score::of(name, of, &points, Some(i as u8), up_to, pick));
+                scores.push(Score::of(name, of, &points, Some(i as u32), up_to, pick));
             }
             scores.push(Score::of(ALL, of, &points, None, up_to, pick));
             if !smooth.is_empty() {
@@ -115,22 +116,32 @@ pub fn validate(params: &Params, inputs: &Inputs) -> Result<Validation, StageErr
         states,
         line,
         scores,
-        volumes,
-        notes: notes(!compendium.is_empty()),
+        volumes: isochores.as_ref().map_or((v0, v0, 0.0), |i| (v0, i.reference.volume, i.reference.volume_error)),
+        notes: notes(!compendium.is_empty(), checked).into_iter().chain(isochores.and_then(|i| i.note())).collect(),
     })
 }
 
 /// A set's index, V/V0 and P [Pa].
-type Shot = (u8, f64, f64);
+type Shot = (u32, f64, f64);
 
-/// Names of the sets, all shock states, and those of the compendium.
-type Measured = (Vec<String>, Vec<Shot>, Vec<Shot>);
+/// What was measured.
+struct Measured {
+    sets: Vec<String>,
+    shots: Vec<Shot>,
+    /// Those of the compendium.
+    compendium: Vec<Shot>,
+    /// Whether all data say of which density they are.
+    checked: bool,
+}
 
-/// Reads what was measured.
-fn measured(inputs: &Inputs) -> Result<Measured, StageError> {
-    let (mut sets, mut measured, mut compendium) = (Vec::new(), Vec::new(), Vec::new());
+/// Reads what was measured, and refuses that of a metal whose density is not `density` [kg/m3].
+fn measured(inputs: &Inputs, density: f64) -> Result<Measured, StageError> {
+    let (mut sets, mut measured, mut compendium, mut checked) = (Vec::new(), Vec::new(), Vec::new(), true);
     let text = |file: &File| file.text().map(str::to_string).map_err(StageError::physics);
-    let numbered = |shots: Vec<Shot>, set: usize| shots.into_iter().map(move |(_, v, p)| (set as u8, v, p));
+    let numbered = |shots: Vec<Shot>, set: usize| shots.into_iter().map(move |(_, v, p)| (set as u32, v, p));
+    if !(inputs.marsh.0.is_empty() && inputs.database.0.is_empty()) {
+        metal::check(density, "the data of `marsh` and `database` are", COPPER).map_err(StageError::physics)?;
+    }
     for file in &inputs.marsh.0 {
         compendium = numbered(marsh(&text(file)?).map_err(StageError::physics)?, sets.len()).collect();
         measured.extend(compendium.clone());
@@ -141,12 +152,18 @@ fn measured(inputs: &Inputs) -> Result<Measured, StageError> {
         sets.push(SETS[1].to_string());
     }
     for file in &inputs.shots.0 {
-        for (set, ratio, pressure) in named(&text(file)?).map_err(StageError::physics)? {
+        let text = text(file)?;
+        let (own, shots) = named(&text).map_err(StageError::physics)?;
+        match own {
+            Some(own) => metal::check(density, "the data of `shots` are", own).map_err(StageError::physics)?,
+            None => checked = false,
+        }
+        for (set, ratio, pressure) in shots {
             let known = sets.iter().position(|s| *s == set).unwrap_or(sets.len());
             if known == sets.len() {
                 sets.push(set);
             }
-            measured.push((known as u8, ratio, pressure));
+            measured.push((known as u32, ratio, pressure));
         }
     }
     if sets.is_empty() {
@@ -154,7 +171,7 @@ fn measured(inputs: &Inputs) -> Result<Measured, StageError> {
             "no shock data: name a file at `shots`, or copper's at `marsh` and `database`",
         ));
     }
-    Ok((sets, measured, compendium))
+    Ok(Measured { sets, shots: measured, compendium, checked })
 }
 
 fn pick_model(p: &Compared) -> Option<f64> {
@@ -164,7 +181,7 @@ fn pick_states(p: &Compared) -> Option<f64> {
     p.states
 }
 
-fn notes(compendium: bool) -> Vec<String> {
+fn notes(compendium: bool, checked: bool) -> Vec<String> {
     let copper = [
         "Copper: measured P = rho0 Us up with the sample's density (compendium) or 8.93 g/cm3 (database).",
         "At equal V/V0 the scatter of the experiments counts fourfold (1 % of Us is 4 % of P at 150 GPa); the least-squares line \
@@ -178,14 +195,15 @@ fn notes(compendium: bool) -> Vec<String> {
         "The Hugoniot of the states is linear between two temperatures of one isochore and phase; between isochores it has the \
          shape of the equation of state's; across melting it is not drawn.",
     ];
-    all.into_iter().chain(copper.into_iter().filter(|_| compendium)).map(String::from).collect()
+    let unchecked = (!checked).then_some(metal::UNCHECKED);
+    all.into_iter().chain(copper.into_iter().filter(|_| compendium)).chain(unchecked).map(String::from).collect()
 }
 
 /// The least-squares line Us = c + s up through shock states, as points every 0.005 of V/V0 over the states' range.
 ///
 /// From V/V0 and P alone: `up^2 = P V0 x` and `Us^2 = P V0 / x` with x = 1 - V/V0 and V0 of 8.93 g/cm3.
-fn line_through(states: &[(u8, f64, f64)]) -> Vec<(u8, f64, f64)> {
-    let v0 = 1.0 / 8930.0;
+fn line_through(states: &[Shot]) -> Vec<Shot> {
+    let v0 = 1.0 / COPPER;
     let velocities = states.iter().map(|&(_, ratio, p)| {
         let x = 1.0 - ratio;
         ((p * v0 * x).sqrt(), (p * v0 / x).sqrt())
@@ -212,7 +230,7 @@ fn line_through(states: &[(u8, f64, f64)]) -> Vec<(u8, f64, f64)> {
 }
 
 /// V/V0 and P [Pa] of the compendium's shock states; its sound-speed row is left out.
-fn marsh(text: &str) -> Result<Vec<(u8, f64, f64)>, CsvError> {
+fn marsh(text: &str) -> Result<Vec<Shot>, CsvError> {
     let csv = Csv::read("marsh", text)?;
     let (us, up, p, method) = (csv.numbers("Us")?, csv.numbers("up")?, csv.numbers("P")?, csv.text("method")?);
     let points = (0..p.len()).filter(|&i| method[i] != "ssp").map(|i| (0, 1.0 - up[i] / us[i], p[i] * 1e9)).collect();
@@ -220,19 +238,20 @@ fn marsh(text: &str) -> Result<Vec<(u8, f64, f64)>, CsvError> {
 }
 
 /// V/V0 and P [Pa] of the database's shock states without a flag: those not in the compendium, each once.
-fn database(text: &str) -> Result<Vec<(u8, f64, f64)>, CsvError> {
+fn database(text: &str) -> Result<Vec<Shot>, CsvError> {
     let csv = Csv::read("database", text)?;
     let (us, up, p, flag) = (csv.numbers("Us")?, csv.numbers("up")?, csv.numbers("P_calc")?, csv.text("flag")?);
     let points = (0..p.len()).filter(|&i| flag[i].is_empty()).map(|i| (1, 1.0 - up[i] / us[i], p[i] * 1e9)).collect();
     csv.any(points, "up, Us [km/s], P_calc [GPa] and an empty flag")
 }
 
-/// Set, V/V0 and P [Pa] of any metal's shock states.
-fn named(text: &str) -> Result<Vec<(String, f64, f64)>, CsvError> {
+/// A metal's density [kg/m3], where it is said, and set, V/V0 and P [Pa] of its shock states.
+fn named(text: &str) -> Result<(Option<f64>, Vec<(String, f64, f64)>), CsvError> {
     let csv = Csv::read("shots", text)?;
+    let density = csv.quantity("rho0", Dimension::Density)?;
     let (set, ratio, p) = (csv.text("set")?, csv.numbers("V_over_V0")?, csv.numbers("P")?);
     let points = (0..p.len()).map(|i| (set[i].to_string(), ratio[i], p[i] * 1e9)).collect();
-    csv.any(points, "set, V_over_V0 and P [GPa]")
+    Ok((density, csv.any(points, "set, V_over_V0 and P [GPa]")?))
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Compared {
     /// Index into [`Validation::sets`].
-    pub set: u8,
+    pub set: u32,
     /// V/V0 of the experiment, with its own V0.
     pub ratio: f64,
     /// Measured pressure [Pa].
@@ -88,7 +88,7 @@ impl Score {
         name: &str,
         of: &str,
         points: &[Compared],
-        set: Option<u8>,
+        set: Option<u32>,
         up_to: f64,
         computed: impl Fn(&Compared) -> Option<f64>,
     ) -> Score {
@@ -234,7 +234,7 @@ impl Validation {
     fn measured(&self, point: impl Fn(&Compared) -> Option<(f64, f64)>) -> Vec<Series> {
         let styles = [Style::Circles, Style::Triangles, Style::Crosses];
         let of = |(i, name): (usize, &String)| {
-            let points = self.points.iter().filter(|p| usize::from(p.set) == i).filter_map(&point).collect();
+            let points = self.points.iter().filter(|p| p.set as usize == i).filter_map(&point).collect();
             Series::new(name, styles[i % styles.len()], points)
         };
         self.sets.iter().enumerate().map(of).collect()
@@ -242,7 +242,7 @@ impl Validation {
 }
 
 impl Artifact for Validation {
-    const KIND: &'static str = "validation/1";
+    const KIND: &'static str = "validation/2";
 
     fn scalars(&self) -> Vec<Scalar> {
         let mut scalars = vec![Scalar::text("curve", self.curve.as_str())];

@@ -1,7 +1,8 @@
 //! Curves straight from the states of molecular dynamics: one point an isochore, nothing fitted, never across melting.
-use crate::StatePoint;
+use crate::{StatePoint, metal};
+use hvi_eos::Eos;
 use hvi_eos::fit::{FitError, Reference};
-use hvi_md::{Phase, State};
+use hvi_md::{Phase, State, isochores};
 
 /// R = 8.314462618 J/mol/K (CODATA 2018): heat capacity 3R of a classical crystal.
 const HEAT: f64 = 3.0 * 8.314462618;
@@ -10,18 +11,35 @@ const HEAT: f64 = 3.0 * 8.314462618;
 pub(crate) struct Isochores<'a> {
     /// The zero-pressure solid at T0.
     pub reference: Reference,
+    /// States left out because they have torn.
+    pub torn: usize,
     isochores: Vec<Vec<&'a State>>,
 }
 
 impl<'a> Isochores<'a> {
+    /// Those of `states`, where there are any.
+    ///
+    /// # Errors
+    /// What is wrong where there is no reference state, or it is not of the metal of `eos`.
+    pub fn beside(eos: &Eos, states: &'a [State]) -> Result<Option<Isochores<'a>>, String> {
+        if states.is_empty() {
+            return Ok(None);
+        }
+        let found = Isochores::new(states, eos.reference_temperature()).map_err(|e| e.to_string())?;
+        metal::check(1.0 / eos.reference_volume(), "the states are", 1.0 / found.reference.volume)?;
+        Ok(Some(found))
+    }
+
     /// Groups `states`, and finds where the solid isotherm at `t0` [K] has no pressure.
-    pub fn new(states: &'a [State], t0: f64) -> Result<Isochores<'a>, FitError> {
+    fn new(states: &'a [State], t0: f64) -> Result<Isochores<'a>, FitError> {
         let reference = Reference::find(states, t0)?;
-        let mut sorted: Vec<&State> = states.iter().collect();
-        sorted.sort_by(|a, b| b.volume.total_cmp(&a.volume).then(a.temperature.total_cmp(&b.temperature)));
-        let same = |a: &&State, b: &&State| (a.volume - b.volume).abs() < 1e-6 * a.volume;
-        let isochores = sorted.chunk_by(same).map(<[&State]>::to_vec).collect();
-        Ok(Isochores { reference, isochores })
+        let torn = states.iter().filter(|s| s.is_torn()).count();
+        Ok(Isochores { reference, torn, isochores: isochores(states).into_iter().rev().collect() })
+    }
+
+    /// A sentence on torn states, where there are any.
+    pub fn note(&self) -> Option<String> {
+        (self.torn > 0).then(|| format!("{} torn states, matter beside voids, are left out.", self.torn))
     }
 
     /// The Hugoniot: on each isochore below V0, the state with `E - E0 = P (V0 - V) / 2`.

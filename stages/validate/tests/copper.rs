@@ -49,6 +49,7 @@ fn states(set: Set) -> Vec<State> {
             on_target: true,
             order: 1.0,
             displacement: 0.1,
+            void: 0.0,
             trajectory: Vec::new(),
         });
     }
@@ -225,4 +226,81 @@ fn an_outlier_is_seen_as_one() {
         }
     };
     assert!(largest("Marsh") < 0.9 * largest("database"), "{} {}", largest("Marsh"), largest("database"));
+}
+
+fn shots(text: String) -> hugoniot::Inputs {
+    hugoniot::Inputs {
+        eos: result(Set::AluminiumPaper),
+        states: Any(Vec::new()),
+        marsh: Any(Vec::new()),
+        database: Any(Vec::new()),
+        shots: Any(vec![File(text.into_bytes().into())]),
+    }
+}
+
+/// An equation of state is not held against another metal's data or states: both densities are said.
+#[test]
+fn unlike_metals_are_refused() {
+    let refused = |inputs: hugoniot::Inputs| {
+        let why = hugoniot::validate(&hugoniot::Params::default(), &inputs).unwrap_err().to_string();
+        assert!(why.contains("of 2.786 g/cm3") && why.contains("not of one metal"), "{why}");
+        why
+    };
+    let none = || shots(String::new());
+    refused(hugoniot::Inputs { marsh: Any(vec![File(MARSH.into())]), shots: Any(Vec::new()), ..none() });
+    refused(hugoniot::Inputs { database: Any(vec![File(DATABASE.into())]), shots: Any(Vec::new()), ..none() });
+    assert!(refused(shots("# rho0: 8.93 g/cm3\nset,V_over_V0,P\na,0.8,50\n".into())).contains("`shots`"));
+    assert!(refused(hugoniot::Inputs { states: Any(states(Set::CopperRoyce)), ..none() }).contains("the states"));
+    let inputs =
+        isotherm::Inputs { eos: result(Set::AluminiumPaper), states: Any(Vec::new()), data: File(ANVIL.into()) };
+    let why = isotherm::validate(&inputs).unwrap_err().to_string();
+    assert!(why.contains("the data are of one of 8.935 g/cm3"), "{why}");
+}
+
+/// The name, temperature and density of an isotherm's data are the file's own.
+#[test]
+fn an_isotherm_says_whose_it_is() {
+    let points = include_str!("../../../pipelines/data/al_isotherm_dewaele2004.csv");
+    let named =
+        points.replace("# set: diamond anvil (Dewaele 2004)", "# set: anvil of mine").replace("298 K\n", "200 K\n");
+    let of = |text: String| {
+        let data = File(text.into_bytes().into());
+        isotherm::validate(&isotherm::Inputs { eos: result(Set::AluminiumPaper), states: Any(Vec::new()), data })
+            .unwrap()
+    };
+    let found = of(named);
+    assert_eq!(found.sets, ["anvil of mine"]);
+    let note = found.notes.iter().find(|n| n.starts_with("The experiment is at 200 K")).unwrap();
+    // gamma0 3R/M 100 K / V0 = 2.18 x 924 J/kg/K x 100 K / 3.59e-4 m3/kg
+    assert!(note.contains("0.56") && !found.notes.iter().any(|n| n.contains("on trust")), "{note}");
+    let bare: String = points.lines().filter(|l| !l.starts_with('#')).map(|l| format!("{l}\n")).collect();
+    let found = of(bare);
+    assert!(found.sets == ["measured"] && found.notes.iter().any(|n| n.contains("on trust")), "{:?}", found.notes);
+}
+
+/// No range is scored twice where the highest pressure is that of the lower range; and each of 300 sets is its own.
+#[test]
+fn ranges_and_sets_are_scored_once() {
+    let params = hugoniot::Params { up_to: Pressure::new(150e9) };
+    let rows: String = (0..300).map(|i| format!("set {i},0.8,{}\n", 50.0 + 0.01 * f64::from(i))).collect();
+    let found = hugoniot::validate(&params, &shots(format!("# rho0: 2.7 g/cm3\nset,V_over_V0,P\n{rows}"))).unwrap();
+    let mut names: Vec<_> = found.scores.iter().map(|s| (&s.of, &s.set)).collect();
+    assert_eq!(names.len(), 2 * 301);
+    names.sort();
+    names.dedup();
+    assert_eq!(names.len(), 2 * 301);
+    assert!(found.scores.iter().all(|s| s.of != "equation of state" || s.set == "all data" || s.points == 1));
+}
+
+/// A torn state among the others changes nothing but a note.
+#[test]
+fn torn_states_are_left_out() {
+    let set = Set::CopperRoyce;
+    let whole = shock(set, states(set));
+    let mut all = states(set);
+    let torn = State { void: 0.1, pressure: -1e9, ..all[40].clone() };
+    all.insert(40, torn);
+    let found = shock(set, all);
+    assert_eq!((&found.states, &found.scores), (&whole.states, &whole.scores));
+    assert_eq!(found.notes.last().unwrap(), "1 torn states, matter beside voids, are left out.");
 }

@@ -1,7 +1,10 @@
 //! The shipped states of copper: the fit beside the paper's Table 1, and its Hugoniot and isotherm beside experiment, in figures.
+use hvi_eos::curves::{self, trace_all};
 use hvi_eos::fit::{Loss, Method, Params, Weights, fit};
 use hvi_eos::handbook::Set;
+use hvi_eos::tabulate::tabulate;
 use hvi_eos::{Eos, EosResult};
+use hvi_kit::units::{Pressure, Temperature};
 use hvi_kit::{Any, Ctx, File};
 use hvi_md::{Phase, State};
 use hvi_validate::{Csv, Validation, hugoniot, isotherm};
@@ -34,6 +37,7 @@ fn states() -> Vec<State> {
         on_target: true,
         order: 1.0,
         displacement: 0.1,
+        void: 0.0,
         trajectory: Vec::new(),
     };
     (0..v.len()).map(state).collect()
@@ -127,4 +131,27 @@ fn hugoniot_and_isotherm_of_the_states_are_printed() {
     assert!(line("equation of state").points > 50);
     // What the fit adds to the states' own deviation is small beside it.
     assert!((line("equation of state").mean - line("states").mean).abs() < 0.01);
+}
+
+/// Curves of the table of the states, as pipelines/eos.toml asks for them, lie within the states; those that would leave them are an
+/// error that says where, never drawn by extrapolation.
+#[test]
+fn curves_of_the_table_stay_within_the_states() {
+    let eos = Eos::Table(tabulate(&states(), 300.0).unwrap());
+    let result = EosResult { eos, source: "table".into(), fit: None };
+    let params = curves::Params {
+        up_to: Pressure::new(150e9),
+        isotherms: [300.0, 1000.0, 2000.0, 3000.0].map(Temperature::new).into(),
+        hottest: Temperature::new(4500.0),
+        releases: [50e9, 100e9].map(Pressure::new).into(),
+        ..curves::Params::default()
+    };
+    let found = trace_all(&params, &result, &Ctx::quiet()).unwrap();
+    let samples = || found.curves.iter().flat_map(|c| &c.samples);
+    assert!(samples().count() > 1000 && samples().all(|s| result.eos.covers(s.volume, s.temperature)));
+    let why = |params: curves::Params| trace_all(&params, &result, &Ctx::quiet()).unwrap_err().to_string();
+    let far = why(curves::Params { up_to: Pressure::new(400e9), ..params.clone() });
+    assert!(far.starts_with("Hugoniot of the table") && far.contains("leaves the states"), "{far}");
+    let hot = why(curves::Params { isotherms: vec![Temperature::new(9000.0)], ..params });
+    assert!(hot.starts_with("isotherm of the table") && hot.contains("9000 K"), "{hot}");
 }

@@ -139,7 +139,8 @@ impl Stage for CurvesStage {
 /// All curves of `result`.
 ///
 /// # Errors
-/// [`StageError::Physics`] where the model has no such shock or release; [`StageError::Cancelled`].
+/// [`StageError::Physics`] where the model has no such shock or release, or a curve leaves a table's states;
+/// [`StageError::Cancelled`].
 pub fn trace_all(params: &Params, result: &EosResult, ctx: &Ctx<'_>) -> Result<Curves, StageError> {
     let (eos, v0) = (&result.eos, result.eos.reference_volume());
     let mut curves = Vec::new();
@@ -154,7 +155,8 @@ pub fn trace_all(params: &Params, result: &EosResult, ctx: &Ctx<'_>) -> Result<C
     ctx.tick(1.0, 3.0, "isotherms, isobars, isentropes")?;
     for t in &params.isotherms {
         let end = densest(eos, t.si(), params.up_to.si()).map_err(StageError::physics)?;
-        add(Kind::Isotherm, format!("isotherm {} K", t.si()), eos.isotherm_curve(t.si(), 1.15 * v0, end));
+        let samples = eos.isotherm_curve(t.si(), widest(eos, t.si()), end).map_err(StageError::physics)?;
+        add(Kind::Isotherm, format!("isotherm {} K", t.si()), samples);
     }
     for p in &params.isobars {
         let samples = eos.isobar_curve(p.si(), 100.0, params.hottest.si());
@@ -162,7 +164,8 @@ pub fn trace_all(params: &Params, result: &EosResult, ctx: &Ctx<'_>) -> Result<C
     }
     for t in &params.isentropes {
         let end = densest_adiabat(eos, t.si(), params.up_to.si()).map_err(StageError::physics)?;
-        add(Kind::Isentrope, format!("isentrope from {} K at V0", t.si()), eos.isentrope_curve(v0, t.si(), end));
+        let samples = eos.isentrope_curve(v0, t.si(), end).map_err(StageError::physics)?;
+        add(Kind::Isentrope, format!("isentrope from {} K at V0", t.si()), samples);
     }
     ctx.tick(2.0, 3.0, "melting")?;
     let [begins, ends] = eos.melting_curves(params.up_to.si());
@@ -183,6 +186,13 @@ pub fn trace_all(params: &Params, result: &EosResult, ctx: &Ctx<'_>) -> Result<C
         landmarks,
         surface: surface(eos),
     })
+}
+
+/// Where isotherms begin [m3/kg]: 1.15 V0, or the widest volume at which a table has states of `temperature` [K].
+fn widest(eos: &Eos, temperature: f64) -> f64 {
+    let ratios = (0..=60).map(|i| 1.15 - 0.005 * f64::from(i));
+    let mut covered = ratios.map(|r| r * eos.reference_volume()).filter(|v| eos.covers(*v, temperature));
+    covered.next().unwrap_or(1.15 * eos.reference_volume())
 }
 
 /// The volume [m3/kg] at which the isotherm of `temperature` [K] reaches `pressure` [Pa], 0.4 V0 at least.
@@ -215,7 +225,8 @@ fn end(eos: &Eos, curve: &'static str, pressure: f64, pressure_at: impl Fn(f64) 
     Ok(hvi_kit::math::bisect(0.4 * v0, v0, 1e-9 * v0, |v| pressure_at(v) - pressure).unwrap_or(0.4 * v0))
 }
 
-/// From 0.6 to 1.1 V0, and from the coldest energy there to the heat of 9000 K at V0: the range of Fig 4.
+/// From 0.6 to 1.1 V0, and from the coldest energy there to the heat of 9000 K at V0: the range of Fig 4. Where a table has no
+/// states pressure and temperature are 0.
 fn surface(eos: &Eos) -> Surface {
     const N: usize = 120;
     let v0 = eos.reference_volume();
@@ -225,14 +236,14 @@ fn surface(eos: &Eos) -> Surface {
     let energies: Vec<f64> = (0..=N).map(|i| bottom + (top - bottom) * i as f64 / N as f64).collect();
     let at = |v: f64, e: f64| {
         let p = eos.point(v, e);
-        [p.pressure, p.temperature]
+        if eos.covers(v, p.temperature) { [p.pressure, p.temperature] } else { [0.0; 2] }
     };
     let values = energies.iter().map(|&e| volumes.iter().map(|&v| at(v, e)).collect()).collect();
     Surface { volumes, energies, values }
 }
 
 impl Artifact for Curves {
-    const KIND: &'static str = "eos-curves/1";
+    const KIND: &'static str = "eos-curves/2";
 
     fn scalars(&self) -> Vec<Scalar> {
         let mut all = vec![Scalar::text("equation of state", self.source.as_str())];

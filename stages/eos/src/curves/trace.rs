@@ -19,8 +19,8 @@ pub struct Sample {
     pub phase: Phase,
     /// Share of liquid, 0..1.
     pub liquid: f64,
-    /// Sound speed [m/s].
-    pub sound_speed: f64,
+    /// Sound speed [m/s]; `None` where matter is softer than the model's least, see [`Eos::least_sound_speed`].
+    pub sound_speed: Option<f64>,
     /// On the Hugoniot: particle velocity and shock velocity [m/s].
     pub velocities: Option<[f64; 2]>,
 }
@@ -41,34 +41,55 @@ impl Eos {
             pressure: at.pressure,
             phase: at.phase,
             liquid: at.liquid,
-            sound_speed: at.sound_speed,
+            sound_speed: Some(at.sound_speed).filter(|c| self.least_sound_speed().is_none_or(|least| *c > least)),
             velocities: None,
         }
+    }
+
+    /// The samples of `curve`, none of which may be where the model only extrapolates.
+    fn within(&self, curve: &'static str, samples: Vec<Sample>) -> Result<Vec<Sample>, CurveError> {
+        let Some(s) = samples.iter().find(|s| !self.covers(s.volume, s.temperature)) else { return Ok(samples) };
+        let v0 = self.reference_volume();
+        let range = match self {
+            Eos::Table(table) => table.volumes().map(|v| v / v0),
+            _ => [0.0, f64::INFINITY],
+        };
+        let why = format!(
+            "at V/V0 = {:.3} and {:.0} K it leaves the states, which have V/V0 from {:.3} to {:.3}: ask for less, or add states",
+            s.volume / v0,
+            s.temperature,
+            range[0],
+            range[1]
+        );
+        Err(CurveError { curve, model: self.name(), why })
     }
 
     /// The principal Hugoniot up to `pressure` [Pa], [`COUNT`] steps of equal volume.
     ///
     /// # Errors
-    /// [`CurveError`] where no shock has that pressure.
+    /// [`CurveError`] where no shock has that pressure, or only beyond a table's states.
     pub fn hugoniot_curve(&self, pressure: f64) -> Result<Vec<Sample>, CurveError> {
         let (start, end) = (self.reference_volume(), self.hugoniot_at_pressure(pressure)?.volume);
-        (0..=COUNT)
-            .map(|i| {
-                let s = self.hugoniot(start + (end - start) * i as f64 / COUNT as f64)?;
-                let velocities = Some([s.particle_velocity, s.shock_velocity]);
-                Ok(Sample { velocities, ..self.sample(s.volume, s.energy) })
-            })
-            .collect()
+        let samples = (0..=COUNT).map(|i| {
+            let s = self.hugoniot(start + (end - start) * i as f64 / COUNT as f64)?;
+            let velocities = Some([s.particle_velocity, s.shock_velocity]);
+            Ok(Sample { velocities, ..self.sample(s.volume, s.energy) })
+        });
+        self.within("Hugoniot", samples.collect::<Result<_, CurveError>>()?)
     }
 
     /// The isotherm of `temperature` [K] between two volumes [m3/kg], in steps of equal volume.
-    pub fn isotherm_curve(&self, temperature: f64, from: f64, to: f64) -> Vec<Sample> {
+    ///
+    /// # Errors
+    /// [`CurveError`] where it leaves a table's states.
+    pub fn isotherm_curve(&self, temperature: f64, from: f64, to: f64) -> Result<Vec<Sample>, CurveError> {
         let at = |i: usize| from + (to - from) * i as f64 / COUNT as f64;
-        (0..=COUNT).map(|i| self.sample(at(i), self.energy_at(at(i), temperature))).collect()
+        let samples = (0..=COUNT).map(|i| self.sample(at(i), self.energy_at(at(i), temperature)));
+        self.within("isotherm", samples.collect())
     }
 
     /// The isobar of `pressure` [Pa] between two temperatures [K], in steps of equal temperature: the densest volume each has it at.
-    /// It ends where matter below 1.45 V0 has that pressure no more.
+    /// It is where matter below 1.45 V0 has that pressure, and within the states of a table.
     pub fn isobar_curve(&self, pressure: f64, from: f64, to: f64) -> Vec<Sample> {
         let v0 = self.reference_volume();
         let at = |i: usize| from + (to - from) * i as f64 / COUNT as f64;
@@ -81,11 +102,15 @@ impl Eos {
             let v = bisect(a, b, 1e-13 * v0, excess)?;
             Some(self.sample(v, self.energy_at(v, at(i))))
         };
-        (0..=COUNT).map_while(sample).collect()
+        let covered = |s: &Sample| self.covers(s.volume, s.temperature);
+        (0..=COUNT).map_while(sample).skip_while(|s| !covered(s)).take_while(covered).collect()
     }
 
     /// The isentrope from (`volume` [m3/kg], `temperature` [K]) to the volume `to`.
-    pub fn isentrope_curve(&self, volume: f64, temperature: f64, to: f64) -> Vec<Sample> {
+    ///
+    /// # Errors
+    /// [`CurveError`] where it leaves a table's states.
+    pub fn isentrope_curve(&self, volume: f64, temperature: f64, to: f64) -> Result<Vec<Sample>, CurveError> {
         let at = |i: usize| volume + (to - volume) * i as f64 / COUNT as f64;
         let mut energy = self.energy_at(volume, temperature);
         let mut all = vec![self.sample(volume, energy)];
@@ -93,13 +118,13 @@ impl Eos {
             energy = self.isentrope(at(i), energy, at(i + 1), 10);
             all.push(self.sample(at(i + 1), energy));
         }
-        all
+        self.within("isentrope", all)
     }
 
     /// The release of `shock` along its isentrope to zero pressure.
     ///
     /// # Errors
-    /// [`CurveError`] where the pressure never vanishes.
+    /// [`CurveError`] where the pressure never vanishes, or the curve leaves a table's states.
     pub fn release_curve(&self, shock: &Shock) -> Result<Vec<Sample>, CurveError> {
         let end = self.release(shock)?.volume;
         let at = |i: usize| shock.volume + (end - shock.volume) * i as f64 / COUNT as f64;
@@ -109,11 +134,11 @@ impl Eos {
             energy = self.isentrope(at(i), energy, at(i + 1), 20);
             all.push(self.sample(at(i + 1), energy));
         }
-        Ok(all)
+        self.within("release", all)
     }
 
     /// Where melting begins and where it ends, from the expanded to the dense side, where P lies between 0 and `pressure` [Pa];
-    /// empty for a model without melting.
+    /// empty for a model without melting, and without what lies beyond a table's states.
     pub fn melting_curves(&self, pressure: f64) -> [Vec<Sample>; 2] {
         let v0 = self.reference_volume();
         let mut both = [Vec::new(), Vec::new()];
@@ -124,7 +149,7 @@ impl Eos {
             for (k, level) in [1e-12, 1.0 - 1e-12].into_iter().enumerate() {
                 let border = bisect(low, high, 1e-12 * high.abs(), |e| self.point(v, e).liquid - level);
                 let sample = border.map(|e| self.sample(v, e)).filter(|s| (0.0..=pressure).contains(&s.pressure));
-                both[k].extend(sample);
+                both[k].extend(sample.filter(|s| self.covers(s.volume, s.temperature)));
             }
         }
         both

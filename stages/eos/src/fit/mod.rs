@@ -199,7 +199,7 @@ pub fn fit(params: &Params, states: &[State], melting: &[Coexistence], ctx: &Ctx
         0 => String::new(),
         n => format!(" and {n} melting points of two-phase cells"),
     };
-    let source = format!("fitted to {} states of molecular dynamics{points}", states.len());
+    let source = format!("fitted to {} states of molecular dynamics{points}", data.rows.len());
     Ok(EosResult { eos: Eos::Gray(gray), source, fit: Some(report) })
 }
 

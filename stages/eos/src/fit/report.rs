@@ -66,7 +66,7 @@ pub struct FitReport {
     pub temperature_correlation: f64,
     /// Condition number of the pressure fit, columns scaled.
     pub condition: f64,
-    /// Every state, in the order given.
+    /// Every state that is not torn, in the order given.
     pub residuals: Vec<Residual>,
     /// Every melting point with the model's temperature there [K], in the order given.
     pub melting: Vec<(MeltingPoint, f64)>,
@@ -231,6 +231,9 @@ fn notes(params: &Params, data: &Data, fit: &Fit, gray: &Gray) -> Vec<String> {
              gives the entropy of melting."
                 .into(),
         );
+    }
+    if data.torn > 0 {
+        notes.push(format!("{} torn states, matter beside voids, are left out.", data.torn));
     }
     if params.reference_volume.is_some() {
         notes.push(format!(

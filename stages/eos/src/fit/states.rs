@@ -2,7 +2,7 @@
 use super::{FitError, Weights};
 use crate::model::gray::{Branch, GAS_CONSTANT};
 use hvi_kit::math::{bisect, sqrt};
-use hvi_md::{Coexistence, Phase, State};
+use hvi_md::{Coexistence, Phase, State, isochores};
 use serde::{Deserialize, Serialize};
 
 /// One state, energy counted from (V0, T0).
@@ -43,6 +43,8 @@ pub(super) struct Data {
     pub rows: Vec<Row>,
     pub melting: Vec<MeltingPoint>,
     pub isochores: usize,
+    /// States left out because they have torn.
+    pub torn: usize,
     /// V0 [m3/kg] and its standard error.
     pub volume: (f64, f64),
     /// The states' pressure at (V0, T0) [Pa], where the model has none.
@@ -99,10 +101,7 @@ impl Data {
             Some(volume) => Reference::at(states, reference_temperature, volume)?,
             None => Reference::find(states, reference_temperature)?,
         };
-        let mut isochores: Vec<f64> = states.iter().map(|s| s.volume).collect();
-        isochores.sort_by(f64::total_cmp);
-        // Volumes of one isochore may differ by rounding only.
-        isochores.dedup_by(|a, b| (*a - *b).abs() < 1e-6 * *b);
+        let isochores: Vec<f64> = isochores(states).iter().map(|same| same[0].volume).collect();
         let heat = 3.0 * GAS_CONSTANT / molar_mass;
         let row = |s: &State| {
             let energy = s.energy_error / heat;
@@ -123,7 +122,8 @@ impl Data {
                 isochore: isochores.partition_point(|&v| v < s.volume * (1.0 - 1e-6)),
             }
         };
-        let rows: Vec<Row> = states.iter().map(row).collect();
+        let rows: Vec<Row> = states.iter().filter(|s| !s.is_torn()).map(row).collect();
+        let torn = states.len() - rows.len();
         if let Some(i) = rows.iter().position(|r| !(r.pressure_scale > 0.0 && r.temperature_scale > 0.0)) {
             return refuse(format!("state {i} has no standard errors: use weights = \"uniform\""));
         }
@@ -138,6 +138,7 @@ impl Data {
             rows,
             melting: melting.iter().map(point).collect(),
             isochores: isochores.len(),
+            torn,
             volume: (reference.volume, reference.volume_error),
             reference_pressure: reference.pressure,
             bulk_modulus: reference.bulk_modulus,
@@ -252,7 +253,7 @@ impl Reference {
 
 /// Volume, pressure, energy and error of pressure along the solid isotherm at `t0` [K], volumes rising.
 fn isotherm(states: &[State], t0: f64) -> Vec<[f64; 4]> {
-    let near = |s: &&State| s.phase == Phase::Solid && (s.temperature - t0).abs() <= NEAR;
+    let near = |s: &&State| s.phase == Phase::Solid && !s.is_torn() && (s.temperature - t0).abs() <= NEAR;
     // Brought to T0 with C_V = 3R and gamma = 2: a fraction of a kelvin, a few MPa.
     let brought = |s: &State| {
         let heat = 3.0 * GAS_CONSTANT / s.molar_mass * (t0 - s.temperature);

@@ -67,6 +67,7 @@ fn states_of(gray: &Gray, seed: u64, densest: f64, pressure_error: impl Fn(f64) 
                 on_target: true,
                 order: 1.0,
                 displacement: 0.1,
+                void: 0.0,
                 trajectory: Vec::new(),
             });
         }
@@ -94,6 +95,7 @@ fn true_data(set: Set, seed: u64) -> Data {
         rows: states(set, seed, |_| 0.3e9).iter().map(of).collect(),
         melting: Vec::new(),
         isochores: 25,
+        torn: 0,
         volume: (set.parameters().volume, 0.0),
         reference_pressure: 0.0,
         bulk_modulus: 137e9,

@@ -119,15 +119,18 @@ impl MieGruneisen {
         let pressure = cold + p.gruneisen * p.density * energy;
         // c^2 = V^2 (P P_E - P_V), with P_E = G0 rho0 and P_V = -rho0 dP/dx.
         let c2 = ratio * ratio * (slope + p.gruneisen * pressure) / p.density;
-        let floor = 0.01 * p.sound_speed * p.sound_speed;
         let [hot, isentrope] = self.isentrope.at(x);
         Point {
             pressure,
             temperature: (hot[0] + (energy - isentrope[0]) / p.heat_capacity).max(0.0),
-            sound_speed: c2.max(floor).sqrt(),
+            sound_speed: c2.sqrt().max(self.least_sound_speed()),
             phase: Phase::Solid,
             liquid: 0.0,
         }
+    }
+
+    pub(crate) fn least_sound_speed(&self) -> f64 {
+        0.1 * self.parameters.sound_speed
     }
 
     pub(crate) fn energy_at(&self, volume: f64, temperature: f64) -> f64 {

@@ -30,6 +30,9 @@ pub struct Isochore {
     pub nodes: Vec<Node>,
 }
 
+/// Volumes and temperatures this near, relatively, to the end of the states are within them.
+const ROUNDING: f64 = 1e-9;
+
 /// What a [`Tabulated`] is made of.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -333,6 +336,17 @@ impl Tabulated {
     pub fn parameters(&self) -> &Parameters {
         &self.parameters
     }
+    pub(crate) fn least_sound_speed(&self) -> f64 {
+        (0.01 * self.stiffness).sqrt()
+    }
+    /// The smallest and the largest volume of its states [m3/kg].
+    pub fn volumes(&self) -> [f64; 2] {
+        let mut ends = [f64::INFINITY, 0.0f64];
+        for v in [Some(&self.solid), self.liquid.as_ref()].into_iter().flatten().flat_map(|s| &s.volumes) {
+            ends = [ends[0].min(*v), ends[1].max(*v)];
+        }
+        ends
+    }
     pub(crate) fn reference_volume(&self) -> f64 {
         self.parameters.reference_volume
     }
@@ -349,14 +363,27 @@ impl Tabulated {
         Some(cubic(v, t, d, volume.min(v[v.len() - 1])).0)
     }
 
-    /// Whether (`volume` [m3/kg], `temperature` [K]) lies within the states' range.
+    /// Whether (`volume` [m3/kg], `temperature` [K]) lies between states of its own phase, where [`Tabulated::errors`] hold.
     pub fn covers(&self, volume: f64, temperature: f64) -> bool {
+        self.lies_within(volume, temperature, None)
+    }
+
+    /// Whether it lies between the coldest and the hottest states, those on both sides of the melting belt's gap counted.
+    pub fn encloses(&self, volume: f64, temperature: f64) -> bool {
+        self.lies_within(volume, temperature, self.melting_temperature(volume))
+    }
+
+    /// On the sheet of its phase; where `belt` [K] is given the sheets end there.
+    fn lies_within(&self, volume: f64, temperature: f64, belt: Option<f64>) -> bool {
         let sheet = self.sheet(volume, temperature);
-        let i = interval(&sheet.volumes, volume);
-        let inside = |line: &Line| (line.t[0]..=line.t[line.t.len() - 1]).contains(&temperature);
-        (sheet.volumes[0]..=sheet.volumes[sheet.volumes.len() - 1]).contains(&volume)
-            && inside(&sheet.lines[i])
-            && inside(&sheet.lines[i + 1])
+        let (i, last) = (interval(&sheet.volumes, volume), sheet.volumes.len() - 1);
+        let inside = |line: &Line| {
+            let cold = if belt.is_some_and(|tm| temperature > tm) { 0.0 } else { line.t[0] };
+            let hot = if belt.is_some_and(|tm| temperature <= tm) { f64::INFINITY } else { line.t[line.t.len() - 1] };
+            (cold * (1.0 - ROUNDING)..=hot * (1.0 + ROUNDING)).contains(&temperature)
+        };
+        let range = sheet.volumes[0] * (1.0 - ROUNDING)..=sheet.volumes[last] * (1.0 + ROUNDING);
+        range.contains(&volume) && inside(&sheet.lines[i]) && inside(&sheet.lines[i + 1])
     }
 
     /// Standard errors of E [J/kg] and P [Pa] at (`volume`, `temperature`): the states' own, and the interpolation's as it shows when

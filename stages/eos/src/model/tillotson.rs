@@ -100,6 +100,9 @@ impl Tillotson {
     pub fn parameters(&self) -> &Parameters {
         &self.parameters
     }
+    pub(crate) fn least_sound_speed(&self) -> f64 {
+        (0.01 * self.parameters.bulk / self.parameters.density).sqrt()
+    }
     pub(crate) fn reference_volume(&self) -> f64 {
         1.0 / self.parameters.density
     }

@@ -74,7 +74,7 @@ pub(crate) fn views(c: &Curves) -> Vec<View> {
         pressure(),
         speed(),
         &[Kind::Hugoniot, Kind::Isotherm],
-        |s| (s.pressure / 1e9, s.sound_speed / 1e3),
+        |s| (s.pressure / 1e9, s.sound_speed.map_or(f64::NAN, |c| c / 1e3)),
         "It drops where melting begins.",
     );
     if c.critical.is_some() || !c.landmarks.is_empty() {
@@ -86,7 +86,7 @@ pub(crate) fn views(c: &Curves) -> Vec<View> {
 
 fn line(c: &Curve, at: fn(&Sample) -> (f64, f64)) -> Series {
     let style = if matches!(c.kind, Kind::Release | Kind::MeltingEnds) { Style::Dashed } else { Style::Line };
-    Series::new(&c.name, style, c.samples.iter().map(at).collect())
+    Series::new(&c.name, style, c.samples.iter().map(at).filter(|p| p.1.is_finite()).collect())
 }
 
 /// Melting in numbers and the critical point.
@@ -130,7 +130,7 @@ fn table(c: &Curve) -> Table {
             (s.pressure / 1e9).into(),
             phase_name(s.phase).into(),
             s.liquid.into(),
-            (s.sound_speed / 1e3).into(),
+            s.sound_speed.map_or(Cell::Empty, |c| Cell::Number(c / 1e3)),
         ];
         if shocks {
             cells.extend(s.velocities.map_or([Cell::Empty, Cell::Empty], |v| v.map(|u| Cell::Number(u / 1e3))));

@@ -224,6 +224,9 @@ impl Gray {
         (t, self.vapour.response(&self.constants, volume, t))
     }
 
+    pub(crate) fn least_sound_speed(&self) -> f64 {
+        self.constants.floor.sqrt()
+    }
     pub(crate) fn reference_volume(&self) -> f64 {
         self.parameters.volume
     }

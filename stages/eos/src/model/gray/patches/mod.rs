@@ -2,8 +2,9 @@
 //!
 //! The solid, the melting band, the liquid and the hot liquid each fill the strip between two borders E_k(V); in a strip,
 //! `y = (E - E_k)/(E_(k+1) - E_k)` runs from 0 to 1 and everything is smooth. A strip is cut into columns of y and rows of V0/V:
-//! in y polynomials of degree 5 through Chebyshev-Lobatto nodes, in V0/V cubic Hermite on the slopes at the nodes. Both meet their
-//! neighbours' values at every edge, so P and T are continuous across borders of phases and patches alike.
+//! in y polynomials through Chebyshev-Lobatto nodes, of degree 3 while the whole fits the second-level cache, else 5; in V0/V cubic
+//! Hermite on the slopes at the nodes. Both meet their neighbours' values at every edge, so P and T are continuous across borders
+//! of phases and patches alike.
 //!
 //! `grid.rs` where a state lies and what is read there; `line.rs` how a patch comes about; `many.rs` many states at once.
 mod grid;
@@ -11,9 +12,10 @@ mod line;
 mod many;
 
 use super::{Gray, Parameters};
-use crate::lanes::{Eight, Work};
+use crate::lanes::{Eight, Real, Work};
 use crate::{EosError, Instructions, Point, Points};
-use grid::{Grid, LEAST_LIQUID, MOST_LIQUID, PHASES, Patch, Place, REGIMES, split};
+use grid::{Grid, PHASES, Quad, REGIMES, column, index, split};
+use line::nodes;
 use many::Many;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -42,11 +44,15 @@ pub struct PatchErrors {
     /// Of the energies at the borders, relative to the solid's width. So near to a border the phase, and with it the sound
     /// speed, which jumps there, may be the other side's.
     pub border: f64,
+    /// Of the melting temperature, relative.
+    pub melting: f64,
 }
 impl PatchErrors {
     /// The largest of them.
     pub fn largest(&self) -> f64 {
-        [self.temperature, self.sound_speed, self.liquid, self.border].into_iter().fold(self.pressure, f64::max)
+        [self.temperature, self.sound_speed, self.liquid, self.border, self.melting]
+            .into_iter()
+            .fold(self.pressure, f64::max)
     }
     fn or(self, other: PatchErrors) -> PatchErrors {
         PatchErrors {
@@ -55,6 +61,7 @@ impl PatchErrors {
             sound_speed: self.sound_speed.max(other.sound_speed),
             liquid: self.liquid.max(other.liquid),
             border: self.border.max(other.border),
+            melting: self.melting.max(other.melting),
         }
     }
 }
@@ -70,8 +77,8 @@ pub struct Patches {
     errors: PatchErrors,
 }
 
-/// Patches at most: 24 MB, beyond any cache.
-const MOST: usize = 1 << 15;
+/// Bytes at most, of patches of degree 3 and of degree 5: a second-level cache, and beyond any cache.
+const MOST: [usize; 2] = [1 << 20, 24 << 20];
 
 impl Patches {
     /// Refines until the error is within `accuracy`.
@@ -83,27 +90,14 @@ impl Patches {
         if !(1e-9..=0.1).contains(&accuracy) {
             return wrong(format!("is {accuracy}, must lie between 1e-9 and 0.1"));
         }
-        let (mut rows, mut columns) = (16, [1; REGIMES]);
         let mut best = f64::INFINITY;
-        while rows * columns.iter().sum::<usize>() <= MOST {
-            let grid = Grid::new(&gray, rows, columns);
-            let mut across = grid.errors(&gray, &[0.0]);
-            let within =
-                grid.errors(&gray, &[0.25, 0.5, 0.75]).into_iter().fold(PatchErrors::default(), PatchErrors::or);
-            best = best.min(within.largest());
-            // A quarter is left for what lies between the places looked at.
-            if within.largest() <= 0.75 * accuracy {
-                return Ok(Patches { gray: Box::new(gray), accuracy, grid, errors: within });
-            }
-            // On a row there is no error but that of the polynomials in y: where it counts, cut those; else the rows.
-            across.iter_mut().for_each(|e| e.border = 0.0);
-            let coarse: Vec<usize> = (0..REGIMES).filter(|&k| across[k].largest() > 0.5 * accuracy).collect();
-            coarse.iter().for_each(|&k| columns[k] *= 2);
-            if coarse.is_empty() {
-                rows += rows / 2;
+        for (nodes, most) in nodes().iter().zip(MOST) {
+            match refine(&gray, accuracy, nodes, most) {
+                Ok((grid, errors)) => return Ok(Patches { gray: Box::new(gray), accuracy, grid, errors }),
+                Err(least) => best = best.min(least),
             }
         }
-        wrong(format!("is {accuracy}: {best:.1e} is the best that {MOST} patches reach"))
+        wrong(format!("is {accuracy}: {best:.1e} is the best that {} MB of patches reach", MOST[1] >> 20))
     }
 
     /// The analytic model.
@@ -120,8 +114,7 @@ impl Patches {
     }
     /// Number of patches, and their size [B].
     pub fn size(&self) -> (usize, usize) {
-        let n = self.grid.patches.len();
-        (n, n * size_of::<Patch>() + self.grid.borders.len() * size_of::<[[f64; 8]; 4]>())
+        self.grid.size()
     }
 
     /// Pressure, temperature, sound speed and phase at `volume` [m3/kg] and `energy` [J/kg].
@@ -132,16 +125,11 @@ impl Patches {
         out.unwrap_or_else(|| self.gray.point(volume, energy))
     }
 
+    /// Temperature, pressure, sound speed and share of liquid from what patches say.
     #[inline(always)]
-    fn read(&self, place: Place, value: &[f64; 8]) -> Point {
-        let [t, p, c2, liquid]: [f64; 4] = std::array::from_fn(|q| value[q] + place.y * value[q + 4]);
-        Point {
-            pressure: p,
-            temperature: t.max(0.0),
-            sound_speed: c2.max(self.gray.constants.floor).sqrt(),
-            phase: PHASES[place.regime],
-            liquid: liquid.max(LEAST_LIQUID[place.regime]).min(MOST_LIQUID[place.regime]),
-        }
+    fn read<R: Real>(&self, [t, p, c2, liquid]: [R; 4]) -> [R; 4] {
+        let sound_speed = c2.at_least(self.gray.constants.floor).root();
+        [t.at_least(0.0), p, sound_speed, liquid.at_least(0.0).at_most(1.0)]
     }
 
     /// See [`crate::Eos::evaluate_with`].
@@ -174,9 +162,44 @@ struct One<'a> {
 impl Work for One<'_> {
     #[inline(always)]
     fn run<R: Eight>(self) {
-        let (row, s) = split(self.of.grid.position(self.volume * self.of.gray.constants.per_volume));
-        let place = self.of.grid.place::<R>(row, s, self.energy);
-        *self.out = place.map(|place| self.of.read(place, &self.of.grid.value::<R>(place)));
+        let (of, grid) = (self.of, &self.of.grid);
+        let (row, s) = split(grid.position(self.volume * of.gray.constants.per_volume));
+        let Some(strip) = grid.strip::<R>(row, s, self.energy) else { return };
+        let (at, y) = column(strip.above, strip.between, strip.columns);
+        let mut value = Quad::default();
+        grid.value::<R>(strip.first + index(at), s, y, &mut value);
+        let [temperature, pressure, sound_speed, liquid] = of.read(value);
+        *self.out = Some(Point { pressure, temperature, sound_speed, phase: PHASES[strip.regime], liquid });
+    }
+}
+
+/// Patches of the given nodes, refined until they are within `accuracy`, and their errors.
+///
+/// # Errors
+/// The least error that `most` bytes reach.
+fn refine(gray: &Gray, accuracy: f64, nodes: &[f64], most: usize) -> Result<(Grid, PatchErrors), f64> {
+    let (mut rows, mut columns) = (16, [1; REGIMES]);
+    let mut best = f64::INFINITY;
+    loop {
+        let grid = Grid::new(gray, rows, columns, nodes);
+        if grid.size().1 > most {
+            return Err(best);
+        }
+        let mut across = grid.errors(gray, nodes, &[0.0]);
+        let within = grid.errors(gray, nodes, &[0.25, 0.5, 0.75]);
+        let within = within.into_iter().fold(PatchErrors::default(), PatchErrors::or);
+        best = best.min(within.largest());
+        // A quarter is left for what lies between the places looked at.
+        if within.largest() <= 0.75 * accuracy {
+            return Ok((grid, within));
+        }
+        // On a row there is no error but that of the polynomials in y: where it counts, cut those; else the rows.
+        across.iter_mut().for_each(|e| e.border = 0.0);
+        let coarse: Vec<usize> = (0..REGIMES).filter(|&k| across[k].largest() > 0.5 * accuracy).collect();
+        coarse.iter().for_each(|&k| columns[k] *= 2);
+        if coarse.is_empty() {
+            rows += rows / 2;
+        }
     }
 }
 
