@@ -55,6 +55,17 @@ pub enum Loss {
     Soft,
 }
 
+/// From where pressures count.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum PressureZero {
+    /// From zero, as they are.
+    Absolute,
+    /// From that of the reference state: Liu, Wang and Zhang (2013), sec. 6.2, call it P_0 and go up from there. The model has no
+    /// pressure there either, but states whose pressure is counted so have energies that do not belong to it.
+    Reference,
+}
+
 /// Parameters of the stage.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -70,6 +81,8 @@ pub struct Params {
     /// V0, where the model has neither pressure nor energy at that temperature; by default where the states have no pressure. The
     /// paper's is that of a lattice of 0.3615 nm, 0.1119 cm3/g, where they have about 2 GPa.
     pub reference_volume: Option<SpecificVolume>,
+    /// From where the states' pressures count, which matters with `reference_volume` only.
+    pub pressure_zero: PressureZero,
     /// Energy of the dilute gas at T -> 0 above the reference state; sets the vapour only. Default: copper's, for copper; other
     /// metals need theirs.
     pub cohesive_energy: Option<SpecificEnergy>,
@@ -87,6 +100,7 @@ impl Default for Params {
             loss: Loss::Square,
             reference_temperature: Temperature::new(300.0),
             reference_volume: None,
+            pressure_zero: PressureZero::Absolute,
             cohesive_energy: None,
             melting_entropy: 1.16,
             bootstrap: 100,
@@ -177,7 +191,10 @@ impl Stage for Fitting {
 /// own checks; [`StageError::Cancelled`].
 pub fn fit(params: &Params, states: &[State], melting: &[Coexistence], ctx: &Ctx<'_>) -> Result<EosResult, StageError> {
     let (t0, v0) = (params.reference_temperature.si(), params.reference_volume.map(|v| v.si()));
-    let data = states::Data::new(states, melting, t0, v0, params.weights).map_err(StageError::physics)?;
+    let mut data = states::Data::new(states, melting, t0, v0, params.weights).map_err(StageError::physics)?;
+    if params.pressure_zero == PressureZero::Reference {
+        data.count_from_reference();
+    }
     let cohesion = params.cohesion(data.molar_mass).map_err(StageError::physics)?;
     let start = two_stage::start(&data, params, cohesion);
     let fit = two_stage::fit(&data, &start, params.into(), true).map_err(StageError::physics)?;

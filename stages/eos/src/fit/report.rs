@@ -1,7 +1,7 @@
 //! What came out of the fit, and how sure it is: parameters, errors, correlations, residuals.
 use super::states::{Data, MeltingPoint};
 use super::two_stage::{self, Fit};
-use super::{Loss, Method, Params, Weights};
+use super::{Loss, Method, Params, PressureZero, Weights};
 use crate::landmarks::{Landmark, landmarks};
 use crate::model::gray::{Branch, Gray, Parameters};
 use hvi_kit::{Ctx, StageError};
@@ -240,6 +240,11 @@ fn notes(params: &Params, data: &Data, fit: &Fit, gray: &Gray) -> Vec<String> {
             "V0 was given: the states have {:.2} GPa there at the reference temperature, the model has none.",
             data.reference_pressure / 1e9
         ));
+    }
+    if params.pressure_zero == PressureZero::Reference {
+        notes.push(
+            "Pressures count from that of the reference state, whose energies are those of the absolute ones.".into(),
+        );
     }
     if fit.steepest {
         notes.push(

@@ -148,6 +148,11 @@ impl Data {
         Ok(data)
     }
 
+    /// Takes the reference state's pressure off all states'; points of the melting curve keep theirs, which the fit does not use.
+    pub fn count_from_reference(&mut self) {
+        self.rows.iter_mut().for_each(|r| r.pressure -= self.reference_pressure);
+    }
+
     pub fn solids(&self) -> impl Iterator<Item = &Row> {
         self.rows.iter().filter(|r| r.branch == Branch::Solid)
     }

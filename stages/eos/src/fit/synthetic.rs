@@ -1,6 +1,6 @@
 //! Recovery: states made from a known GRAY with known noise, and what the fit makes of them.
 use super::states::{Data, Row};
-use super::{FitError, Fitting, Loss, Method, Params, Rule, Weights, fit, two_stage};
+use super::{FitError, Fitting, Loss, Method, Params, PressureZero, Rule, Weights, fit, two_stage};
 use crate::handbook::Set;
 use crate::model::gray::{Branch, Gray, Parameters};
 use crate::{Eos, EosResult, Phase};
@@ -373,6 +373,15 @@ fn takes_the_reference_volume_that_is_given() {
     // K_T x 0.5 %, of 137 GPa: 0.69 GPa
     let said = denser.fit.unwrap().notes.join(" ");
     assert!(said.contains("the states have 0.6"), "{said}");
+    // All pressures 2 GPa too high, counted from there: nothing changes but by that the noise at V0 counts for all (1e-4 of C).
+    let mut raised = all.clone();
+    raised.iter_mut().for_each(|s| s.pressure += 2e9);
+    let reference_volume = Some(hvi_kit::units::SpecificVolume::new(truth.volume));
+    let from = Params { reference_volume, pressure_zero: PressureZero::Reference, bootstrap: 0, ..Params::default() };
+    let counted = fit(&from, &raised, &[], &Ctx::quiet()).unwrap();
+    let (a, b) = (values(&parameters(&counted)), values(&given));
+    assert!((a[0] / b[0] - 1.0).abs() < 1e-3 && (a[1] / b[1] - 1.0).abs() < 3e-3, "{a:?} {b:?}");
+    assert!(counted.fit.unwrap().notes.iter().any(|n| n.starts_with("Pressures count from")));
     let why = with(Some(0.6 * truth.volume)).unwrap_err().to_string();
     assert!(why.contains("reference_volume is 0.06708"), "{why}");
 }
