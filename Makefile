@@ -1,5 +1,5 @@
 # The two commands of the README, `make run` and `make test`, with all the set-up they need on a fresh Debian 12.
-.PHONY: performance eos-speed run test check docs effects stability pictures reproduction bench setup-run setup-test kills faults scale
+.PHONY: performance eos-speed run test check docs effects stability pictures reproduction bench setup-run setup-test kills faults scale soak
 
 run: setup-run
 	cargo build --release --locked
@@ -74,3 +74,8 @@ performance:
 # Speed of the equation of state, and its error against time. One minute; nothing else should run meanwhile.
 eos-speed:
 	HVI_WRITE=$(CURDIR)/docs/eos-speed.md cargo bench --locked -p hvi-eos --bench point
+
+# Ten minutes of runs, edits, kills, damage and collection on one store: a section of docs/reliability.md.
+soak:
+	cargo build --release --locked
+	python3 benches/soak.py --write docs/reliability.md

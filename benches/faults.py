@@ -13,58 +13,44 @@ cause still there; then the cause is taken away and the study runs twice more. C
 
 As root, so that file systems can be mounted; the runs without write permission are those of user 65534.
 """
-import argparse, concurrent.futures, os, random, shutil, signal, subprocess, sys, tempfile, time
+import concurrent.futures, os, random, shutil, signal, subprocess, sys, tempfile, time
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent
-STUDY = """
-[step.metal]
-use = "eos.handbook"
-mie_gruneisen = { density = "8930 kg/m3", sound_speed = "3940 m/s", slope = 1.5, gruneisen = 2.02, heat_capacity = "385 J/kg/K" }
-sweep = { "mie_gruneisen.slope" = "1.2 .. 1.6 in 12" }
-[step.set]
-use = "eos.handbook"
-set = "copper-royce"
+from common import ROOT, Study, arguments, impact, sweep, table, write_section
+
+CHECK = """
 [step.check]
 use = "validate.isotherm"
 eos = "@set"
 data = "measured.csv"
-[step.hit]
-use = "impact"
-projectile = { shape = "sphere", diameter = "1 mm", material = "copper", eos = "@set" }
-plate = { material = "copper", thickness = "0.5 mm", width = "2 mm", eos = "@set" }
-cells = 2
-end = "0.1 us"
-velocity = "2 km/s"
 """
+STUDY = sweep('"1.2 .. 1.6 in 12"') + CHECK + impact('velocity = "2 km/s"')
 TABLES = ["metal.csv", "set.csv", "check.csv", "hit.csv"]
 NOBODY = 65534
 
 
-class Try:
+class Try(Study):
     """A folder with the study and a store."""
 
     def __init__(self, program, folder, whole, seed):
-        self.program, self.folder, self.whole = program, folder, whole
+        super().__init__(program, folder, STUDY)
+        self.whole = whole
         self.random = random.Random(seed)
-        folder.mkdir()
         folder.chmod(0o777)
-        shutil.copy(whole / "study.toml", folder)
         shutil.copy(whole / "measured.csv", folder)
-        self.store = folder / "store"
         self.panicked = self.odd = False
 
     def with_store(self):
         shutil.copytree(self.whole / "store", self.store)
 
-    def command(self, store=None):
-        return [self.program, "run", "study.toml", "--store", str(store or self.store), "--checkpoint", "1ms", "--keep-going"]
+    def command(self, *more):
+        return super().command("--checkpoint", "1ms", "--keep-going", *more)
 
-    def run(self, prefix=(), fresh=True, store=None):
+    def run(self, prefix=(), fresh=True):
         """Runs the study; with `fresh` it reads every result anew. The exit code, and what it said."""
         if fresh:
             shutil.rmtree(self.folder / "out", ignore_errors=True)
-        done = subprocess.run([*prefix, *self.command(store)], cwd=self.folder, capture_output=True, text=True, errors="replace")
+        done = subprocess.run([*prefix, *self.command()], cwd=self.folder, capture_output=True, text=True, errors="replace")
         self.note(done.returncode, done.stderr)
         return done.returncode, done.stderr
 
@@ -73,7 +59,7 @@ class Try:
         self.odd |= code not in (0, 1, 2)
         self.odd |= code != 0 and not said.strip()
 
-    def files(self):
+    def in_store(self):
         return [p for p in sorted(self.store.rglob("*")) if p.is_file()]
 
     def tables_are_right(self, all_of_them):
@@ -88,17 +74,13 @@ class Try:
                 return False
         return True
 
-    def objects(self):
-        found = (self.store / "objects").rglob("*")
-        return {p.parent.name + p.name: p.read_bytes() for p in found if p.is_file()}
-
 
 # --- Faults. Each leaves the cause there and returns what takes it away. ---
 
 
 def flip(t):
     t.with_store()
-    path = t.random.choice(t.files())
+    path = t.random.choice(t.in_store())
     times = path.stat()
     data = bytearray(path.read_bytes())
     if data:
@@ -111,21 +93,21 @@ def flip(t):
 
 def truncate(t):
     t.with_store()
-    path = t.random.choice(t.files())
+    path = t.random.choice(t.in_store())
     os.truncate(path, t.random.randrange(max(path.stat().st_size, 1)))
     t.run()
 
 
 def remove(t):
     t.with_store()
-    for path in t.random.sample(t.files(), t.random.randint(1, 5)):
+    for path in t.random.sample(t.in_store(), t.random.randint(1, 5)):
         path.unlink()
     t.run()
 
 
 def garbage(t):
     t.with_store()
-    for path in t.random.sample(t.files(), t.random.randint(1, 5)):
+    for path in t.random.sample(t.in_store(), t.random.randint(1, 5)):
         path.write_bytes(t.random.randbytes(t.random.randrange(400)))
     t.run()
 
@@ -133,7 +115,7 @@ def garbage(t):
 def swap(t):
     """A file under another one's name."""
     t.with_store()
-    a, b = t.random.sample(t.files(), 2)
+    a, b = t.random.sample(t.in_store(), 2)
     data = a.read_bytes()
     a.write_bytes(b.read_bytes())
     b.write_bytes(data)
@@ -143,7 +125,7 @@ def swap(t):
 def clock(t):
     """Times of files far in the past or the future."""
     t.with_store()
-    for path in t.files():
+    for path in t.in_store():
         if t.random.random() < 0.5:
             when = t.random.randrange(2**32)
             os.utime(path, (when, when))
@@ -164,7 +146,7 @@ def kill(t):
 
 def two_killed(t):
     """Two runs on one store, one of them killed with -9."""
-    runs = [subprocess.Popen(t.command() + ["--out", f"out{i}"], cwd=t.folder, stderr=subprocess.PIPE, text=True) for i in range(2)]
+    runs = [subprocess.Popen(t.command("--out", f"out{i}"), cwd=t.folder, stderr=subprocess.PIPE, text=True) for i in range(2)]
     time.sleep(t.random.random() * 0.1)
     runs[0].kill()
     runs[0].communicate()
@@ -179,7 +161,7 @@ def damaged_while_running(t):
     (t.store / "index").unlink()
     process = subprocess.Popen(t.command(), cwd=t.folder, stderr=subprocess.PIPE, text=True)
     time.sleep(t.random.random() * 0.06)
-    files = t.files()
+    files = t.in_store()
     if files:
         try:
             os.truncate(t.random.choice(files), 3)
@@ -211,7 +193,7 @@ def permission(t):
 def read_only(t):
     """A store with half of the results, on which nothing can be written."""
     t.with_store()
-    for path in [p for p in t.files() if "results" in p.parts and t.random.random() < 0.5]:
+    for path in [p for p in t.in_store() if "results" in p.parts and t.random.random() < 0.5]:
         path.unlink()
     (t.store / "index").unlink()
     script = 'mount --bind store store; mount -o remount,bind,ro store; exec "$@"'
@@ -265,7 +247,7 @@ def one(case, program, whole, work, seed):
         code, said = t.run()
         wrong |= not t.tables_are_right(code == 0)
         code_again, again = t.run()
-        right = {p.parent.name + p.name: p.read_bytes() for p in (whole / "store/objects").rglob("*") if p.is_file()}
+        right = Study(program, whole, STUDY).objects()
         # Copies of input files are put right when a node reads them.
         right = {name: data for name, data in right.items() if not data.startswith(b"file/")}
         found = t.objects()
@@ -278,12 +260,10 @@ def one(case, program, whole, work, seed):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--program", default=str(ROOT / "target/release/hvi-flow"))
+    parser = arguments(__doc__)
     parser.add_argument("--tries", type=int, default=3000)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--case", help="only cases whose name contains this")
-    parser.add_argument("--write", type=Path, help="also write the table to this file")
     args = parser.parse_args()
     if os.geteuid() != 0:
         sys.exit("faults: file systems are mounted here, so this must be run by root")
@@ -294,10 +274,9 @@ def main():
         # Where user 65534 can run it.
         program = shutil.copy(args.program, work / "hvi-flow")
         whole = work / "whole"
-        whole.mkdir()
-        (whole / "study.toml").write_text(STUDY)
+        study = Study(program, whole, STUDY)
         shutil.copy(ROOT / "pipelines/data/cu_isotherm_dewaele2004.csv", whole / "measured.csv")
-        subprocess.run([program, "run", "-q", "study.toml", "--store", "store"], cwd=whole, check=True)
+        subprocess.run(study.command("-q"), cwd=whole, check=True)
         cases = [c for c in CASES if not args.case or args.case in c]
         each = -(-args.tries // len(cases))
         start = time.monotonic()
@@ -313,14 +292,13 @@ def main():
     finally:
         shutil.rmtree(work, ignore_errors=True)
     total = [sum(c[i] for c in counts.values()) for i in range(4)]
-    rows = [[case, *map(str, count)] for case, count in counts.items()] + [["all", *map(str, total)]]
-    lines = ["| case | tries | wrong | lost | recovered |", "|---|---|---|---|---|"] + ["| " + " | ".join(r) + " |" for r in rows]
-    text = "\n".join(lines) + "\n"
+    rows = [[case, *count] for case, count in counts.items()] + [["all", *total]]
+    text = table(["case", "tries", "wrong", "lost", "recovered"], rows) + "\n"
     print(text + f"{time.monotonic() - start:.0f} s")
     if args.write:
         about = __doc__.split("Each try begins")[1].rsplit("\n\nAs root", 1)[0]
-        head = "# What faults do\n\nMade by `make faults` (`benches/faults.py`), seed " + f"{args.seed}.\n\nEach try begins{about}\n\n"
-        args.write.write_text(head + text)
+        head = f"Made by `make faults` (`benches/faults.py`), seed {args.seed}.\n\nEach try begins{about}\n\n"
+        write_section(args.write, "What faults do", "Random faults", head + text)
     sys.exit(1 if total[1] or total[2] else 0)
 
 

@@ -7,10 +7,11 @@ Every peer's stage copies a file of 1 kB, one job at a time. hvi-flow's stage is
 each node of the sweep makes a Mie-Grueneisen equation of state. CPU is user + system time of the process and all its
 children, the median over rounds in which the tools take turns.
 """
-import argparse, json, os, platform, random, shutil, signal, statistics, subprocess, sys, time
+import json, os, random, shutil, signal, statistics, subprocess, sys, time
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent
+from common import ROOT, Study, arguments, impact, machine, sweep, table
+
 PEERS = {"make": None, "ninja": "ninja", "doit": "doit", "snakemake": "snakemake", "dvc": "dvc"}
 
 
@@ -46,32 +47,33 @@ def install(tools, work):
     return found, missing
 
 
-class HviFlow:
+class HviFlow(Study):
     """hvi-flow on a sweep of n points."""
 
     def __init__(self, program, folder, n):
-        self.folder, self.n = folder, n
-        folder.mkdir(parents=True)
-        self.command = [program, "run", "-q", "study.toml"]
-        self.env = {"HVI_STORE": str(folder / "store")}
-        self.write(1.0)
+        self.n, self.first = n, 1.0
+        super().__init__(program, folder, self.text())
 
-    def write(self, first):
-        slopes = [first] + [1.0 + 0.5 * i / self.n for i in range(1, self.n)]
-        material = 'density = "8930 kg/m3", sound_speed = "3940 m/s", gruneisen = 2.02, heat_capacity = "385 J/kg/K"'
-        sweep = ", ".join(repr(s) for s in slopes)
-        text = f'[step.metal]\nuse = "eos.handbook"\nmie_gruneisen = {{ {material} }}\nsweep = {{ "mie_gruneisen.slope" = [{sweep}] }}\n'
-        (self.folder / "study.toml").write_text(text)
+    def text(self):
+        slopes = [self.first] + [1.0 + 0.5 * i / self.n for i in range(1, self.n)]
+        return sweep("[" + ", ".join(map(repr, slopes)) + "]")
 
     def run(self):
-        return measure(self.command, self.folder, self.env)
+        return measure(self.command("-q"), self.folder)
 
     def change_one(self, i):
-        self.write(1.0 + 1e-6 * (i + 1))
+        self.first = 1.0 + 1e-6 * (i + 1)
+        self.write(self.text())
 
     def touch(self):
-        for path in [self.folder / "study.toml", *(self.folder / "store/objects").rglob("*")]:
+        for path in [self.folder / "study.toml", *(self.store / "objects").rglob("*")]:
             os.utime(path)
+
+    def last_node(self):
+        """CPU seconds of the node that was computed last, by its record."""
+        records = [p for p in (self.store / "results").rglob("*") if p.is_file()]
+        last = max(records, key=lambda p: p.stat().st_mtime_ns)
+        return json.loads(last.read_text().split("\n", 1)[1])["cpu_s"]
 
 
 class Peer:
@@ -142,39 +144,14 @@ def speeds(studies, rounds):
     return found
 
 
-SCENE = """
-[step.metal]
-use = "eos.handbook"
-set = "copper-royce"
-[step.hit]
-use = "impact"
-projectile = { shape = "sphere", diameter = "1 mm", material = "copper", eos = "@metal" }
-plate = { material = "copper", thickness = "0.5 mm", width = "3 mm", eos = "@metal" }
-cells = 2
-end = "0.3 us"
-velocity = "2 km/s"
-[step.film]
-use = "radiograph"
-run = "@hit"
-width = 64
-"""
+SCENE = impact('velocity = "2 km/s"\n[step.film]\nuse = "radiograph"\nrun = "@hit"\nwidth = 64', width="3 mm", end="0.3 us")
 
 
-class Chain:
-    """Three stages of hvi-flow: metal -> hit -> film."""
+class Chain(Study):
+    """Three stages of hvi-flow: set -> hit -> film."""
 
     def __init__(self, program, folder):
-        self.program, self.folder = program, folder
-        folder.mkdir(parents=True)
-        self.scene(SCENE)
-
-    def scene(self, text):
-        (self.folder / "study.toml").write_text(text)
-
-    def start(self, *more):
-        env = {**os.environ, "HVI_STORE": str(self.folder / "store")}
-        command = [self.program, "run", "study.toml", *more]
-        return subprocess.Popen(command, cwd=self.folder, env=env, stderr=subprocess.PIPE, text=True)
+        super().__init__(program, folder, SCENE)
 
     def run(self):
         """Number of stages that were computed."""
@@ -184,15 +161,27 @@ class Chain:
             sys.exit(said)
         return int(said.split(" computed")[0].split()[-1])
 
-    def files(self, below):
-        return {p: p.read_bytes() for p in sorted((self.folder / below).rglob("*")) if p.is_file() and p.name[0] != "."}
-
     def edited(self, step):
         """Whether a result of `step` that was edited by hand is put back, and nothing computed for it."""
         path = self.folder / "out/study" / f"{step}.csv"
         before = path.read_bytes()
         path.write_bytes(b"edited by hand")
         return self.run() == 0 and path.read_bytes() == before
+
+
+def one_changed(program, folder, n, rounds):
+    """What a changed node of n costs besides its own work: medians [s] of the whole run, of one that changes nothing, and of
+    the node by its record."""
+    study = HviFlow(program, folder, n)
+    for _ in range(2):
+        study.run()
+    found = []
+    for i in range(rounds):
+        study.run()
+        nothing = study.run()["cpu"]
+        study.change_one(i)
+        found.append((study.run()["cpu"], nothing, study.last_node()))
+    return [statistics.median(column) for column in zip(*found)]
 
 
 def six_cases(program, work):
@@ -204,9 +193,9 @@ def six_cases(program, work):
     first = next(p for p, b in objects.items() if b.startswith(b"eos/"))
     first.unlink()
     cases["first stage reruns with the same output: the rest stay"] = chain.run() == 1
-    chain.scene(SCENE.replace("2 km/s", "2.1 km/s"))
+    chain.write(SCENE.replace("2 km/s", "2.1 km/s"))
     changed = chain.run()
-    chain.scene(SCENE)
+    chain.write(SCENE)
     cases["input goes back to an older value: nothing reruns"] = changed == 2 and chain.run() == 0
     cases["final output edited by hand: put back"] = chain.edited("film")
     cases["middle output edited by hand: put back, the next stage stays"] = chain.edited("hit")
@@ -228,25 +217,18 @@ def six_cases(program, work):
     return cases
 
 
-def table(head, rows):
-    lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
-    return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows])
-
-
 def milliseconds(run):
     return f"{1e3 * run['cpu']:.1f}"
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--program", default=str(ROOT / "target/release/hvi-flow"))
+    parser = arguments(__doc__)
     parser.add_argument("--work", type=Path, default=ROOT / "target/bench")
     parser.add_argument("--peers", nargs="*", choices=list(PEERS), default=list(PEERS))
     parser.add_argument("--stages", type=int, default=1000, help="of make, ninja and doit, and of hvi-flow")
     parser.add_argument("--slow-stages", type=int, default=200, help="of Snakemake and DVC, which take minutes for 1000")
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--most", type=int, default=100_000, help="nodes of hvi-flow's largest sweep")
-    parser.add_argument("--write", type=Path, help="also write the tables to this file")
     args = parser.parse_args()
     args.work.mkdir(parents=True, exist_ok=True)
     peers, missing = install(args.peers, args.work)
@@ -285,12 +267,17 @@ def main():
     head = ["nodes", "cold, ms a node", "no-op, ms", "no-op, us a node", "no-op memory, MB"]
     parts += ["hvi-flow alone, by size of the sweep:", table(head, rows)]
 
+    rounds = 4 * args.rounds + 1
+    whole, nothing, own = one_changed(args.program, work / "one-changed", args.stages, rounds)
+    row = [args.stages, *(f"{1e3 * s:.1f}" for s in (whole, nothing, own, whole - own, whole - own - nothing))]
+    head = ["nodes", "whole run, ms", "run that changes nothing, ms", "the node by its record, ms", "besides the node, ms", "of it for the change, ms"]
+    parts += [f"One node changed: it is found, computed, and all tables and the report are brought up to date (medians of {rounds}):"]
+    parts += [table(head, [row])]
+
     cases = six_cases(args.program, work)
     parts += ["Six cases that a content cache must get right, on a chain of three stages of hvi-flow:"]
     parts += [table(["case", "right"], [[case, "yes" if right else "NO"] for case, right in cases.items()])]
-    machine = next((l.split(":")[1].strip() for l in open("/proc/cpuinfo") if l.startswith("model name")), "?")
-    load = os.getloadavg()[0]
-    parts += [f"Measured on {os.cpu_count()} cores, {machine}, Linux {platform.release()}, load {load:.1f}."]
+    parts += [machine()]
     text = "\n\n".join(parts) + "\n"
     print(text)
     if args.write:

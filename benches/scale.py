@@ -6,35 +6,13 @@
 The cluster is that of the tests (`tests/slurm.sh`): slurmctld, slurmd and munged on the loopback. It has two job slots a
 core, so times say what Slurm costs, not what a cluster gains.
 """
-import argparse, json, os, shutil, signal, subprocess, sys, tempfile, time
+import json, os, shutil, signal, subprocess, sys, tempfile, time
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent
+import common
+from common import ROOT, arguments, sweep, table
+
 SCRIPT = ROOT / "tests/slurm.sh"
-SHORT = """
-[step.metal]
-use = "eos.handbook"
-mie_gruneisen = { density = "8930 kg/m3", sound_speed = "3940 m/s", slope = 1.5, gruneisen = 2.02, heat_capacity = "385 J/kg/K" }
-sweep = { "mie_gruneisen.slope" = "1.2 .. 1.6 in COUNT" }
-"""
-IMPACTS = """
-[step.set]
-use = "eos.handbook"
-set = "copper-royce"
-[step.hit]
-use = "impact"
-projectile = { shape = "sphere", diameter = "1 mm", material = "copper", eos = "@set" }
-plate = { material = "copper", thickness = "0.5 mm", width = "3 mm", eos = "@set" }
-cells = CELLS
-end = "3 us"
-sweep = { velocity = [VELOCITIES] }
-[step.film]
-use = "radiograph"
-run = "@hit[velocity=2 km/s]"
-width = 64
-"""
-
-
 HEAD = """# Studies on a cluster
 
     hvi-flow run study.toml --executor slurm    submits what isn't in the store, and waits; Ctrl-C leaves the jobs, the same
@@ -65,28 +43,28 @@ Measured by `make scale` (`benches/scale.py`), the same study here and as jobs:
 """
 
 
+def short(count):
+    return sweep(f'"1.2 .. 1.6 in {count}"')
+
+
 def impacts(cells, velocities):
     text = ", ".join(f'"{v} km/s"' for v in velocities)
-    return IMPACTS.replace("CELLS", str(cells)).replace("VELOCITIES", text)
+    more = f'sweep = {{ velocity = [{text}] }}\n[step.film]\nuse = "radiograph"\nrun = "@hit[velocity=2 km/s]"\nwidth = 64'
+    return common.impact(more, cells, width="3 mm", end="3 us")
 
 
-class Study:
+class Study(common.Study):
     """A folder with a study, run in one way."""
 
-    def __init__(self, program, folder, text, name="study"):
-        self.program, self.folder, self.name = program, folder, name
-        folder.mkdir(exist_ok=True)
-        (folder / f"{name}.toml").write_text(text)
-
-    def start(self, executor):
-        command = [self.program, "run", f"{self.name}.toml", "--store", "store", "--json", "--checkpoint", "2s"]
+    def begin(self, executor):
         log = open(self.folder / f"{self.name}.log", "wb")
         out = open(self.folder / f"{self.name}.json", "wb")
-        return subprocess.Popen(command + ["--executor", executor], cwd=self.folder, stdout=out, stderr=log)
+        command = self.command("--json", "--checkpoint", "2s", "--executor", executor)
+        return subprocess.Popen(command, cwd=self.folder, stdout=out, stderr=log)
 
     def run(self, executor):
         start = time.monotonic()
-        self.check(self.start(executor).wait())
+        self.check(self.begin(executor).wait())
         return time.monotonic() - start
 
     def check(self, code):
@@ -102,9 +80,6 @@ class Study:
         queued = self.events("queued")
         return len({e["job"] for e in queued}), len(queued) - len({e["node"] for e in queued})
 
-    def objects(self):
-        return {p.parent.name + p.name: p.read_bytes() for p in (self.folder / "store/objects").rglob("*") if p.is_file()}
-
 
 def compared(program, work, what, text, profile="", during=None):
     """A row: the study here and on the cluster, `during` being done to the cluster meanwhile."""
@@ -112,7 +87,7 @@ def compared(program, work, what, text, profile="", during=None):
     there = Study(program, work / f"{what[:9].strip()} there".replace(" ", "-"), f"[run.slurm]\n{profile}\n{text}")
     seconds = here.run("local")
     start = time.monotonic()
-    process = there.start("slurm")
+    process = there.begin("slurm")
     if during:
         during()
     there.check(process.wait())
@@ -123,12 +98,48 @@ def compared(program, work, what, text, profile="", during=None):
     return [what, str(nodes), *map(str, there.jobs()), f"{seconds:.1f}", f"{remote:.1f}", "yes" if same else "NO"]
 
 
+CORES = [100, 1000]
+
+
+def full_study(args):
+    """What the paper's full study takes, by the program's own foresight: core-hours by stage, and packed onto clusters."""
+    pipeline = ROOT / "pipelines/copper-paper.toml"
+    with tempfile.TemporaryDirectory() as folder:
+        command = [args.program, "plan", str(pipeline), "--store", f"{folder}/store", "--cores", ",".join(map(str, CORES)), "--json"]
+        figures = ["--figures", str(args.write.parent)] if args.write else []
+        found = json.loads(subprocess.run(command + figures, check=True, capture_output=True).stdout)
+    hours = lambda seconds: f"{seconds / 3600:.3g}"
+    stages = [[s["stage"], s["nodes"], hours(s["core_s"]), hours(s["longest_core_s"])] for s in found["stages"]]
+    stages.append(["all", sum(s["nodes"] for s in found["stages"]), hours(found["cost_s"]), ""])
+    packed = [[p["cores"], hours(p["makespan_s"]), f"{100 * p['utilisation']:.1f}", hours(p["longest_way_s"])] for p in found["packings"]]
+    pictures = [f"![Cores at work over time, {n} cores](copper-paper-on-{n}-cores.svg)" for n in CORES]
+    return "\n\n".join([
+        "## The paper's full study",
+        f"    hvi-flow plan pipelines/copper-paper.toml --cores {','.join(map(str, CORES))} --figures docs",
+        "Foretold for an empty store by each stage's own model of its time (where a store has results, by what they took):",
+        table(["stage", "nodes", "core-hours", "longest node on one core, h"], stages),
+        "Packed onto machines of 64 cores by a simulated schedule, the node with the longest way to the end first:",
+        table(["cores", "from begin to end, h", "cores' time used, %", "longest way, h"], packed),
+        *pictures, S3,
+    ]) + "\n"
+
+
+S3 = """## A store in a bucket
+
+    cargo build --release --features s3
+    export AWS_ENDPOINT_URL=https://s3.example.org AWS_REGION=... AWS_ACCESS_KEY_ID=... AWS_SECRET_ACCESS_KEY=...
+    hvi-flow run study.toml --second-store s3://team/hvi    # what the store lacks is read from there
+    hvi-flow cache push s3://team/hvi                       # what was computed, for the others
+    hvi-flow cache pull s3://team/hvi                       # all of it, to go on without a network
+
+What arrives is checked by its digest. A service that is out of reach, a bucket that isn't there or keys that don't fit are
+named in one line, and the run goes on without."""
+
+
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--program", default=str(ROOT / "target/release/hvi-flow"))
+    parser = arguments(__doc__)
     parser.add_argument("--nodes", type=int, default=1000, help="of the arrays of short nodes")
     parser.add_argument("--cells", type=int, default=26, help="of the impact that takes longer than its jobs may")
-    parser.add_argument("--write", type=Path, help="also write the table to this file")
     args = parser.parse_args()
     work = Path(tempfile.mkdtemp(prefix="hvi-scale-"))
     work.chmod(0o755)
@@ -151,40 +162,38 @@ def main():
 
     version = subprocess.run(["sbatch", "--version"], capture_output=True, text=True).stdout.strip()
     try:
-        short = SHORT.replace("COUNT", str(args.nodes))
+        many = short(args.nodes)
         one_a_job = 'pack = "1 ms"'
         rows = [
-            compared(args.program, work, f"1 {args.nodes} short nodes, packed", short),
-            compared(args.program, work, f"2 {args.nodes} short nodes, ten a job", short, 'pack = "100 ms"'),
-            compared(args.program, work, "3 a job for each short node", SHORT.replace("COUNT", str(args.nodes // 5)), one_a_job),
+            compared(args.program, work, f"1 {args.nodes} short nodes, packed", many),
+            compared(args.program, work, f"2 {args.nodes} short nodes, ten a job", many, 'pack = "100 ms"'),
+            compared(args.program, work, "3 a job for each short node", short(args.nodes // 5), one_a_job),
             compared(args.program, work, "4 impacts and a film", impacts(6, [1, 2, 3, 4])),
             compared(args.program, work, "5 a node longer than its job may be", impacts(args.cells, [2]), 'time = "1 min"'),
         ]
-        a = Study(args.program, work / "both", short + impacts(6, [1, 2]), "a")
-        b = Study(args.program, work / "both", short + impacts(6, [1, 2]), "b")
-        here = Study(args.program, work / "both-here", short + impacts(6, [1, 2]))
+        a = Study(args.program, work / "both", many + impacts(6, [1, 2]), "a")
+        b = Study(args.program, work / "both", many + impacts(6, [1, 2]), "b")
+        here = Study(args.program, work / "both-here", many + impacts(6, [1, 2]))
         seconds = here.run("local")
         start = time.monotonic()
-        for study, process in [(s, s.start("slurm")) for s in (a, b)]:
+        for study, process in [(s, s.begin("slurm")) for s in (a, b)]:
             study.check(process.wait())
         remote = time.monotonic() - start
         same = here.objects() == a.objects()
         jobs = len({e["job"] for s in (a, b) for e in s.events("queued")})
         again = sum(s.jobs()[1] for s in (a, b))
         rows += [["6 two studies at once, the same nodes", str(len(here.events("ran"))), str(jobs), str(again), f"{seconds:.1f}", f"{remote:.1f}", "yes" if same else "NO"]]
-        rows.append(compared(args.program, work, "7 slurmctld killed twice with -9", short, 'pack = "100 ms"', controller_dies))
+        rows.append(compared(args.program, work, "7 slurmctld killed twice with -9", many, 'pack = "100 ms"', controller_dies))
     finally:
         subprocess.run(["bash", SCRIPT, "down", cluster])
         shutil.rmtree(work, ignore_errors=True)
     rows = [[row[0][2:], *row[1:]] for row in rows]
     head = ["case", "nodes", "jobs", "submitted again", "here, s", "Slurm, s", "same digests"]
-    lines = ["| " + " | ".join(head) + " |", "|---|---|---|---|---|---|---|"] + ["| " + " | ".join(r) + " |" for r in rows]
-    text = "\n".join(lines) + f"\n\nMeasured on {os.cpu_count()} cores with {version}.\n"
+    text = table(head, rows) + f"\n\nMeasured on {os.cpu_count()} cores with {version}.\n\n" + full_study(args)
     print(text)
     if args.write:
         about = __doc__.split("\n\n")[-1].strip()
-        head = HEAD
-        args.write.write_text(f"{head}{about}\n\n{text}")
+        args.write.write_text(f"{HEAD}{about}\n\n{text}")
     sys.exit(0 if all(row[-1] == "yes" for row in rows) else 1)
 
 

@@ -192,6 +192,8 @@ pub fn write(pipeline: &Pipeline, plan: &Plan, run: &Report, store: &Store, fold
     brief::publish(folder, &read)?;
     // Not `at: now()`: files that are as old as this are read once more, when clocks have ticked.
     Manifest { pipeline: full(&pipeline.path), study, files: writer.files, at: 0 }.publish(folder)?;
+    // The program ends soon: to take a wide sweep's points apart piece by piece would only cost time.
+    std::mem::forget((study_page, read, keys));
     Ok(Written { page, unreadable })
 }
 

@@ -14,6 +14,7 @@ mod suite {
     pub mod faults;
     pub mod key;
     pub mod language;
+    pub mod mutation;
     pub mod project;
     #[cfg(feature = "s3")]
     pub mod s3;

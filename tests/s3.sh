@@ -41,7 +41,7 @@ up() {
 END
     setsid "$weed" server -dir="$at/data" -ip=127.0.0.1 -ip.bind=127.0.0.1 -master.telemetry=false -master.port="$master" \
         -volume.port="$volume" -filer -filer.port="$filer" -s3 -s3.port="$s3" -s3.config="$at/keys.json" \
-        -master.volumeSizeLimitMB=64 -volume.max=8 >"$at/log" 2>&1 </dev/null &
+        -s3.port.iceberg=0 -s3.port.lance=0 -master.volumeSizeLimitMB=64 -volume.max=8 >"$at/log" 2>&1 </dev/null &
     echo $! >"$at/pid"
     local made=
     for _ in $(seq 600); do

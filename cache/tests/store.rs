@@ -522,3 +522,55 @@ fn files_below(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
     all.sort();
     all
 }
+
+/// Records, recipes, the index and the format under random edits: what is served is right or not served, and nothing panics.
+#[test]
+fn random_edits_of_its_files_never_lead_to_another_result() {
+    let mut state = 1_u64;
+    let mut below = |n: usize| {
+        // Knuth's linear congruential generator (MMIX): the same edits each time.
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        ((state >> 33) as usize) % n.max(1)
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let results: Vec<_> = (0..3).map(|n| store_result(&Store::open(folder.path()).unwrap(), n)).collect();
+    let whole_files = files_below(folder.path());
+    for _ in 0..400 {
+        for (path, bytes) in &whole_files {
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            fs::write(path, bytes).unwrap();
+        }
+        let (path, bytes) = &whole_files[below(whole_files.len())];
+        let mut bytes = bytes.clone();
+        for _ in 0..=below(3) {
+            let at = below(bytes.len());
+            match below(4) {
+                _ if bytes.is_empty() => {}
+                0 => bytes[at] ^= 1 << below(8),
+                1 => bytes.truncate(at),
+                2 => bytes.insert(at, [b'"', b'{', b'0', 0, 0xff, b'\n'][below(6)]),
+                _ => drop(bytes.remove(at)),
+            }
+        }
+        fs::write(path, bytes).unwrap();
+        let store = match Store::open(folder.path()) {
+            Ok(store) => store,
+            // An edit that leaves a number of another format says so.
+            Err(e) => {
+                assert!(matches!(e, StoreError::Format { .. }), "{}: {e}", path.display());
+                continue;
+            }
+        };
+        for (n, (key, output)) in results.iter().enumerate() {
+            if let Found::Whole(entry) = store.find(*key) {
+                assert_eq!(entry.output, *output, "{}", path.display());
+                assert!(store.get(*output).is_ok_and(|bytes| bytes == format!("result {n}").as_bytes()));
+            }
+            assert!(store.recipe(*key).is_none_or(|found| found == recipe(n)));
+            assert!(store.lookup(*key).is_none_or(|found| found.output == *output));
+        }
+        store.latest("test/1", 9);
+        store.verify();
+        store.repair().unwrap();
+    }
+}

