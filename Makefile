@@ -6,11 +6,11 @@ run: setup-run
 	target/release/hvi-flow run pipelines/copper.toml
 
 test: setup-test check
-	cargo test --workspace --locked
+	cargo test --workspace --locked --features s3
 
 check:
 	cargo fmt --all --check
-	cargo clippy --workspace --all-targets --locked -- -D warnings
+	cargo clippy --workspace --all-targets --locked --features s3 -- -D warnings
 
 setup-run:
 	@sh setup.sh run

@@ -69,9 +69,11 @@ fn a_bucket_is_not_believed() {
     let (bucket, project) = ("s3://team/rot", Project::new(STUDY));
     project.run();
     hvi(&project, &["cache", "push", bucket]);
+    project.write("rot", "rot");
+    let rot = project.path("rot").to_str().unwrap().to_string();
     for (path, _) in project.files("store/objects") {
         let name = path.strip_prefix(project.path("store")).unwrap().to_str().unwrap().to_string();
-        curl(&format!("rot/{name}"), &["-X", "PUT", "--data-binary", "rot"]);
+        curl(&format!("rot/{name}"), &["-T", &rot]);
     }
     let other = Project::new(STUDY);
     assert_counts(&hvi(&other, &["run", "study.toml", "--second-store", bucket]), 0, 3);
