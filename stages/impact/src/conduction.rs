@@ -17,7 +17,7 @@ use crate::kernel::edge;
 use crate::step::Setting;
 use crate::store::{Group, Site, Store};
 use crate::task::{Crew, Desk, Task};
-use crate::transfer::{By, Square, gather, spread};
+use crate::transfer::{By, gather, spread};
 use hvi_kit::lanes::Eight;
 
 /// Adds to each particle's heat what it gains in a step of `dt` [s].
@@ -84,7 +84,7 @@ impl<const D: usize> Task<D> for Give<'_, D> {
             clear_window(site, &mut windows[0]);
             for group in site.groups.iter().filter(own) {
                 for (k, pack) in group.packs.iter().enumerate() {
-                    lines.fill::<R, D, N>(&pack.position, &origin, setting.method.kernel, setting.cell);
+                    lines.fill::<R, D, N, false, false>(&pack.position, &origin, setting.method.kernel, setting.cell);
                     let m = pack.matter.load::<R>();
                     let closed = R::of(1.0) - m.open();
                     let mass = m.mass * closed;
@@ -116,7 +116,7 @@ impl<const D: usize> Task<D> for Take<'_, D> {
         if !site.conducts {
             return;
         }
-        let Desk { lines, windows, quads, sums, .. } = desk;
+        let Desk { lines, windows, sums, .. } = desk;
         let (setting, origin) = (self.setting, site.origin());
         for (material, field) in self.grid.heat.iter().enumerate() {
             if !site.groups.iter().any(|group| setting.material(group.body) == material) {
@@ -127,12 +127,10 @@ impl<const D: usize> Task<D> for Take<'_, D> {
                 for k in 0..group.packs.len() {
                     let live = group.live(k);
                     let pack = &mut group.packs[k];
-                    lines.fill::<R, D, N>(&pack.position, &origin, setting.method.kernel, setting.cell);
-                    quads[0] = [[0.0; 4]; 8];
+                    lines.fill::<R, D, N, false, false>(&pack.position, &origin, setting.method.kernel, setting.cell);
                     sums[0].mean = [[0.0; 4]; 8];
                     for lane in 0..live {
-                        let (window, nothing) = (&windows[0], Square::Nothing);
-                        gather::<R, D, N>(window, lines, lane, By::Moment, nothing, &quads[0], &NONE, &mut sums[0]);
+                        gather::<R, D, N, false, false>(&windows[0], lines, lane, &mut sums[0]);
                     }
                     let [share, gain, ..] = R::columns(&sums[0].mean);
                     let m = pack.matter.load::<R>();

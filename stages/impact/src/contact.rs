@@ -4,12 +4,11 @@
 //! it, and across it as far as Coulomb friction goes; where they draw apart nothing acts (S. G. Bardenhagen, J. E. Guilkey,
 //! K. M. Roessig, J. U. Brackbill, W. M. Witzel and J. C. Foster, CMES 2, 509 (2001)). The normal is that of the difference of the two
 //! mass gradients, the same for both, so that momentum is exact. Work done at the contact becomes heat of the particles there.
-use crate::g2p::NONE;
 use crate::grid::{Grid, Node, Shared, clear_window, see_scalar};
 use crate::step::Setting;
 use crate::store::{Site, Store};
 use crate::task::{Crew, Desk, Task};
-use crate::transfer::{By, Square, gather, spread};
+use crate::transfer::{By, gather, spread};
 use hvi_kit::lanes::Eight;
 
 /// Nodes that two bodies share, kept between steps for their memory.
@@ -56,8 +55,8 @@ impl<const D: usize> Contact<D> {
             let mut heat = 0.0;
             for d in 0..D {
                 heat += m * u[d] * (before[d] - u[d]) + n * v[d] * (other[d] - v[d]);
-                grid.start[a as usize][d + 1] = m * u[d];
-                grid.start[b as usize][d + 1] = n * v[d];
+                grid.start[a as usize][d + 1] = u[d];
+                grid.start[b as usize][d + 1] = v[d];
             }
             self.book(a, b, heat / (m + n));
         }
@@ -110,7 +109,7 @@ impl<const D: usize> Contact<D> {
 }
 
 fn velocity<const D: usize>(node: &Node) -> [f64; D] {
-    std::array::from_fn(|d| node[d + 1] / node[0])
+    std::array::from_fn(|d| node[d + 1])
 }
 
 /// Sums of mass times the slope of the weights.
@@ -129,7 +128,12 @@ impl<const D: usize> Task<D> for Slopes<'_, D> {
         let origin = site.origin();
         for group in &site.groups {
             for (k, pack) in group.packs.iter().enumerate() {
-                lines.fill::<R, D, N>(&pack.position, &origin, self.setting.method.kernel, self.setting.cell);
+                lines.fill::<R, D, N, true, false>(
+                    &pack.position,
+                    &origin,
+                    self.setting.method.kernel,
+                    self.setting.cell,
+                );
                 for d in 0..D {
                     let mut only = [R::of(0.0); 4];
                     only[d + 1] = R::load(&pack.matter.mass);
@@ -154,18 +158,21 @@ struct Warm<'a, const D: usize> {
 impl<const D: usize> Task<D> for Warm<'_, D> {
     #[inline(always)]
     fn run<R: Eight, const N: usize>(&self, site: &mut Site<D>, desk: &mut Desk) {
-        let Desk { lines, windows, quads, sums, .. } = desk;
-        quads[0] = [[0.0; 4]; 8];
+        let Desk { lines, windows, sums, .. } = desk;
         see_scalar(site, self.heat, &mut windows[0]);
         let origin = site.origin();
         for group in &mut site.groups {
             for k in 0..group.packs.len() {
                 let live = group.live(k);
                 let pack = &mut group.packs[k];
-                lines.fill::<R, D, N>(&pack.position, &origin, self.setting.method.kernel, self.setting.cell);
+                lines.fill::<R, D, N, false, false>(
+                    &pack.position,
+                    &origin,
+                    self.setting.method.kernel,
+                    self.setting.cell,
+                );
                 for lane in 0..live {
-                    let (window, nothing) = (&windows[0], Square::Nothing);
-                    gather::<R, D, N>(window, lines, lane, By::Moment, nothing, &quads[0], &NONE, &mut sums[0]);
+                    gather::<R, D, N, false, false>(&windows[0], lines, lane, &mut sums[0]);
                     pack.heat[lane] += pack.matter.mass[lane] * sums[0].mean[lane][0];
                 }
             }

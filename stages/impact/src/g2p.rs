@@ -6,22 +6,24 @@ use crate::method::{Scheme, Transfer};
 use crate::p2g::full_gradient;
 use crate::pack::Pack;
 use crate::particle::Matter;
+use crate::signal::Survey;
 use crate::step::{Booked, Setting};
-use crate::store::{Group, Site};
+use crate::store::{Frame, Group, Site};
 use crate::task::{Desk, Task};
-use crate::transfer::{By, Square, Sums, gather};
-use hvi_kit::lanes::{Eight, Instructions, Quads};
+use crate::transfer::{Sums, gather};
+use hvi_kit::lanes::{Eight, Instructions, Quads, prefetch};
+use std::ops::Range;
 
 /// Updates all particles by the velocities on the grid at the end and the middle of the step.
 pub struct Update<'a, const D: usize> {
     /// The run's setting.
     pub setting: &'a Setting<D>,
-    /// Masses, momenta, forces.
+    /// Velocities at the start of the step and their changes.
     pub grid: &'a Grid<D>,
-    /// Nodes of no more than this mass [kg] stand still.
-    pub cut: f64,
     /// Time step [s].
     pub dt: f64,
+    /// How positions become cells.
+    pub frame: Frame,
 }
 
 /// No affine field.
@@ -42,41 +44,46 @@ impl<const D: usize> Task<D> for Update<'_, D> {
     fn run<R: Eight, const N: usize>(&self, site: &mut Site<D>, desk: &mut Desk) {
         let method = &self.setting.method;
         let affine = method.transfer == Transfer::Apic;
-        let [end, middle] = &mut *desk.windows;
-        see_end(site, self.grid, self.cut, self.dt, !affine, end, middle);
+        let own = site.reference();
+        see_end(site, self.grid, !affine, &own, &mut desk.windows);
         let origin = site.origin();
         let zero = R::of(0.0);
         let mut accounts = Accounts { transfer: zero, viscous: zero, floored: zero, limited: zero };
+        let mut survey = Survey::<R, D>::new(site, self.frame);
         for group in &mut site.groups {
             let law = &self.setting.laws[group.body as usize];
             if method.scheme.deforms_last() {
                 group.extra.resize(group.packs.len(), [[0.0; 8]; D]);
             }
-            for k in 0..group.packs.len() {
-                let live = group.live(k);
-                let Desk { lines, windows, sums, quads, .. } = &mut *desk;
-                let pack = &mut group.packs[k];
-                lines.fill::<R, D, N>(&pack.position, &origin, method.kernel, self.setting.cell);
-                let [end, middle] = &mut *sums;
-                if live < 8 {
-                    (*end, *middle) = (Sums::NONE, Sums::NONE);
+            for batch in batches(group.packs.len()) {
+                for k in batch.clone() {
+                    let live = group.live(k);
+                    if let Some(next) = group.packs.get(k + 1) {
+                        prefetch(next);
+                    }
+                    let Desk { lines, windows, sums, .. } = &mut *desk;
+                    let pack = &mut group.packs[k];
+                    lines.fill::<R, D, N, true, true>(&pack.position, &origin, method.kernel, self.setting.cell);
+                    let [end, middle] = &mut *sums;
+                    if live < 8 {
+                        (*end, *middle) = (Sums::NONE, Sums::NONE);
+                    }
+                    for lane in 0..live {
+                        // Linear weights know no affine motion.
+                        if N > 2 {
+                            gather::<R, D, N, false, true>(&windows[0], lines, lane, end);
+                        } else {
+                            gather::<R, D, N, false, false>(&windows[0], lines, lane, end);
+                        }
+                        gather::<R, D, N, true, false>(&windows[1], lines, lane, middle);
+                    }
+                    let extra = group.extra.get_mut(k);
+                    self.advance::<R>(pack, extra, live, law, &own, sums, &mut accounts);
                 }
-                let [own, still, ..] = quads;
-                pack.velocity_quads(R::of(0.0), R::of(1.0), own);
-                *still = [[0.0; 4]; 8];
-                // Of velocities the sums leave the particle's own out, of their change nothing.
-                let shift = if affine { &*own } else { &*still };
-                let none = &NONE;
-                for lane in 0..live {
-                    gather::<R, D, N>(&windows[0], lines, lane, By::Moment, Square::Field, shift, none, end);
-                    gather::<R, D, N>(&windows[1], lines, lane, By::Slope, Square::Nothing, own, none, middle);
-                }
-                let extra = group.extra.get_mut(k);
-                self.advance::<R>(pack, extra, live, law, sums, &mut accounts);
+                evaluate::<R, D>(group, batch, law, self.setting.instructions, desk, &mut survey, &mut site.booked);
             }
-            evaluate::<R, D>(group, law, self.setting.instructions, desk);
-            book_extremes::<R, D>(group, &mut site.booked);
         }
+        survey.keep(site);
         site.booked.transfer = accounts.transfer.sum();
         site.booked.viscous = accounts.viscous.sum();
         site.booked.floored = accounts.floored.sum();
@@ -93,6 +100,7 @@ impl<const D: usize> Update<'_, D> {
         extra: Option<&mut [[f64; 8]; D]>,
         live: usize,
         law: &Law,
+        own: &[f64; 3],
         at: &[Sums; 2],
         accounts: &mut Accounts<R>,
     ) {
@@ -103,7 +111,7 @@ impl<const D: usize> Update<'_, D> {
         let mut velocity = [zero; D];
         let mean = R::columns(&at[1].mean);
         for c in 0..D {
-            velocity[c] = R::load(&pack.velocity[c]) + mean[c + 1];
+            velocity[c] = mean[c + 1].plus(own[c]);
         }
         let l = full_gradient::<R, D>(&at[1], velocity[across], radius, setting);
         let mut m = pack.matter.load::<R>();
@@ -122,7 +130,7 @@ impl<const D: usize> Update<'_, D> {
             stress.limited = law.limited(&m, m.divergence, self.dt);
         }
         let heat = match setting.method.transfer {
-            Transfer::Apic => self.adopt::<R>(pack, &m, &at[0]),
+            Transfer::Apic => self.adopt::<R>(pack, &m, own, &at[0]),
             Transfer::Flip | Transfer::Xpic { .. } => self.accelerate::<R>(pack, &m, extra.as_deref(), &at[0]),
         };
         match extra {
@@ -137,7 +145,6 @@ impl<const D: usize> Update<'_, D> {
                 }
             }
         }
-        let old = m;
         let mut gain = Law::work(&mut m, &stress, &l, heat, self.dt);
         let mut limited = stress.limited;
         if scheme == Scheme::Midpoint {
@@ -145,6 +152,7 @@ impl<const D: usize> Update<'_, D> {
         }
         if zero.any_less(alone) {
             // Alone it keeps its state; the heat of its transfer is no more than rounding.
+            let old = pack.matter.load::<R>();
             let mut kept = Matter { divergence: zero, ..old };
             kept.energy = old.energy + heat / old.mass;
             let floored = (zero - kept.energy * kept.mass).at_least(0.0);
@@ -166,26 +174,25 @@ impl<const D: usize> Update<'_, D> {
     }
 
     /// Takes over velocity and affine field `C = B / D`; what motion on the grid the particle can't hold,
-    /// `m/2 [sum w |u|^2 - |mean u|^2 - D |C|^2]`, is heat from now on [J].
+    /// `m/2 [sum w |u|^2 - |mean u|^2 - D |C|^2]`, is heat from now on [J]. Velocities u on the grid are less `own`.
     #[inline(always)]
-    fn adopt<R: Eight>(&self, pack: &mut Pack<D>, m: &Matter<R>, at: &Sums) -> R {
+    fn adopt<R: Eight>(&self, pack: &mut Pack<D>, m: &Matter<R>, own: &[f64; 3], at: &Sums) -> R {
         let per_moment = 1.0 / self.setting.method.moment(self.setting.cell);
         let mut held = R::of(0.0);
         let mean = R::columns(&at.mean);
         for c in 0..D {
             held = mean[c + 1].fused(mean[c + 1], held);
-            (R::load(&pack.velocity[c]) + mean[c + 1]).store(&mut pack.velocity[c]);
+            mean[c + 1].plus(own[c]).store(&mut pack.velocity[c]);
         }
         for d in 0..D {
-            let moment = R::columns(&at.linear[d + 3 - D]);
+            let moment = R::columns(&at.moment[d + 3 - D]);
             for c in 0..D {
                 let affine = moment[c + 1].times(per_moment);
                 held = moment[c + 1].fused(affine, held);
                 affine.store(&mut pack.affine[c][d]);
             }
         }
-        let [_, x, y, z] = R::columns(&at.square);
-        R::load(&pack.heat) + (m.mass * (x + y + z - held)).times(0.5)
+        R::load(&pack.heat) + (m.mass * (mean[0] - held)).times(0.5)
     }
 
     /// Adds the grid's change of velocity less what is damped; returns the heat [J]: what was damped, and the grid's motion that the
@@ -193,9 +200,8 @@ impl<const D: usize> Update<'_, D> {
     #[inline(always)]
     fn accelerate<R: Eight>(&self, pack: &mut Pack<D>, m: &Matter<R>, damped: Option<&[[f64; 8]; D]>, at: &Sums) -> R {
         let damped = damped.filter(|_| self.setting.method.transfer != Transfer::Flip);
-        let [_, x, y, z] = R::columns(&at.square);
-        let mut heat = (x + y + z).times(0.5);
         let mean = R::columns(&at.mean);
+        let mut heat = mean[0].times(0.5);
         for c in 0..D {
             let gained = mean[c + 1];
             heat = heat - (gained * gained).times(0.5);
@@ -233,29 +239,47 @@ pub fn counted<R: Eight>(live: usize) -> R {
     R::load(&counted)
 }
 
-/// Asks the equation of state for all particles of a group, and has them take it over.
+/// Packs done together: what goes to the equation of state and comes back stays in the first cache.
 #[inline(always)]
-pub fn evaluate<R: Eight, const D: usize>(group: &mut Group<D>, law: &Law, set: Instructions, desk: &mut Desk) {
+pub fn batches(packs: usize) -> impl Iterator<Item = Range<usize>> {
+    (0..packs).step_by(8).map(move |start| start..packs.min(start + 8))
+}
+
+/// Asks the equation of state for some packs of a group, has them take it over, and looks at what they are now.
+#[inline(always)]
+pub fn evaluate<R: Eight, const D: usize>(
+    group: &mut Group<D>,
+    batch: Range<usize>,
+    law: &Law,
+    set: Instructions,
+    desk: &mut Desk,
+    survey: &mut Survey<R, D>,
+    booked: &mut Booked,
+) {
     let Desk { volume, energy, points, .. } = desk;
-    volume.resize(8 * group.packs.len(), 0.0);
-    energy.resize(8 * group.packs.len(), 0.0);
+    volume.resize(8 * batch.len(), 0.0);
+    energy.resize(8 * batch.len(), 0.0);
     let slots = volume.as_chunks_mut::<8>().0.iter_mut().zip(energy.as_chunks_mut::<8>().0);
-    for (pack, (v, e)) in group.packs.iter().zip(slots) {
+    for (pack, (v, e)) in group.packs[batch.clone()].iter().zip(slots) {
         law.specific_volume(R::load(&pack.matter.ratio)).store(v);
         *e = pack.matter.energy;
     }
     law.answers(set, volume, energy, points);
-    for (k, pack) in group.packs.iter_mut().enumerate() {
+    for (i, k) in batch.enumerate() {
+        let live = group.live(k);
+        let pack = &mut group.packs[k];
         let mut m = pack.matter.load::<R>();
         let answer = Answer {
-            pressure: eight(&points.pressure, k),
-            temperature: eight(&points.temperature, k),
-            sound_speed: eight(&points.sound_speed, k),
-            liquid: eight(&points.liquid, k),
-            melting: eight(&points.melting, k),
+            pressure: eight(&points.pressure, i),
+            temperature: eight(&points.temperature, i),
+            sound_speed: eight(&points.sound_speed, i),
+            liquid: eight(&points.liquid, i),
+            melting: eight(&points.melting, i),
         };
         law.settle(&mut m, &answer);
         pack.matter.store(&m);
+        book_extremes::<R>(&m, live, booked);
+        survey.see(pack, live);
     }
 }
 
@@ -267,19 +291,14 @@ fn eight<R: Eight>(from: &[f64], k: usize) -> R {
 
 /// Highest pressure, least volume, and whether all numbers are finite.
 #[inline(always)]
-pub fn book_extremes<R: Eight, const D: usize>(group: &Group<D>, booked: &mut Booked) {
-    let infinity = R::of(f64::INFINITY);
-    for (k, pack) in group.packs.iter().enumerate() {
-        let counted = counted::<R>(group.live(k));
-        let zero = R::of(0.0);
-        let m = pack.matter.load::<R>();
-        let pressure = m.pressure().where_less(zero, counted, zero - infinity);
-        let thinness = zero - m.ratio.where_less(zero, counted, infinity);
-        let sum = (m.energy + m.ratio + m.unclamped).size();
-        booked.wrong |= zero.where_less(sum, infinity, counted).sum() > 0.0;
-        booked.highest_pressure = booked.highest_pressure.max(pressure.greatest());
-        booked.least_ratio = booked.least_ratio.min(-thinness.greatest());
-    }
+fn book_extremes<R: Eight>(m: &Matter<R>, live: usize, booked: &mut Booked) {
+    let (zero, infinity, counted) = (R::of(0.0), R::of(f64::INFINITY), counted::<R>(live));
+    let pressure = m.pressure().where_less(zero, counted, zero - infinity);
+    let thinness = zero - m.ratio.where_less(zero, counted, infinity);
+    let sum = (m.energy + m.ratio + m.unclamped).size();
+    booked.wrong |= zero.any_less(counted - counted.where_less(sum, infinity, zero));
+    booked.highest_pressure = booked.highest_pressure.max(pressure.greatest());
+    booked.least_ratio = booked.least_ratio.min(-thinness.greatest());
 }
 
 /// Shear stresses that a reflection of an axis turns round, as places in xx, yy, zz, xy, yz, xz.

@@ -4,7 +4,7 @@
 //! keeps sums over particles; a window is a copy of the nodes around one block, in which they have become what the
 //! block's particles need. Blocks of one colour share no node: they may add to the grid at the same time, and each node
 //! is added to in the order of the colours.
-use crate::kernel::{edge, span};
+use crate::kernel::{edge, row, span};
 use crate::store::{SECOND, Site, Store};
 use crate::table::Table;
 use std::marker::PhantomData;
@@ -12,18 +12,22 @@ use std::marker::PhantomData;
 /// Numbers at a node: mass [kg] and momentum [kg m/s], or force [N] after a place left free, or others in passes of their own.
 pub type Node = [f64; 4];
 
-/// Nodes in the window of a block, the last axis running fastest, with one more a row for kernels that read in pairs.
-pub type Window = [Node; 7 * 7 * 7 + 1];
+/// Nodes in the largest window.
+pub const WINDOW: usize = 7 * 7 * 8;
+
+/// Nodes in the window of a block, the last axis running fastest in rows of [`row`].
+#[repr(C, align(64))]
+pub struct Window(pub [Node; WINDOW]);
 
 /// A window of nothing.
-pub const CLEAR: Window = [[0.0; 4]; 7 * 7 * 7 + 1];
+pub const CLEAR: Window = Window([[0.0; 4]; WINDOW]);
 
 /// The nodes that particles touch.
 #[derive(Default)]
 pub struct Grid<const D: usize> {
-    /// Mass and momentum.
+    /// Mass and momentum; once these are whole, mass and velocity.
     pub start: Vec<Node>,
-    /// Force, and other sums that live shorter.
+    /// Force, then its change of velocity; and other sums that live shorter.
     pub force: Vec<Node>,
     /// Sums for heat conduction, by material: mass, mass times heat, mass times share.
     pub heat: Vec<Vec<Node>>,
@@ -41,9 +45,8 @@ pub const fn block<const D: usize>() -> usize {
 }
 
 impl<const D: usize> Grid<D> {
-    /// Lays out zero nodes under all windows of `store`: `materials` fields of heat beside the others; `whole` blocks are cleared
-    /// where nodes are looked at that no particle touches.
-    pub fn lay_out(&mut self, store: &mut Store<D>, mirrors: &[bool; D], materials: usize, whole: bool) {
+    /// Lays out zero nodes under all windows of `store`: `materials` fields of heat beside the others.
+    pub fn lay_out(&mut self, store: &mut Store<D>, mirrors: &[bool; D], materials: usize) {
         self.homes.clear();
         self.blocks.clear();
         for site in store.sites.iter_mut().flatten() {
@@ -62,20 +65,10 @@ impl<const D: usize> Grid<D> {
         }
         let count = self.blocks.len() * const { block::<D>() };
         self.heat.resize(materials, Vec::new());
-        let Grid { start, force, heat, blocks, .. } = self;
+        let Grid { start, force, heat, .. } = self;
         for field in [start, force].into_iter().chain(heat) {
             field.resize(count.max(field.len()), [0.0; 4]);
-            for (b, key) in blocks.iter().enumerate() {
-                // What lies behind a mirror is added to its image whether a particle touches it or not.
-                if whole || (0..D).any(|d| mirrors[d] && key[d] == -1) {
-                    field[b * const { block::<D>() }..][..const { block::<D>() }].fill([0.0; 4]);
-                }
-            }
-            let shared = Shared::new(field);
-            for site in store.sites.iter().flatten() {
-                // SAFETY: nothing else uses the field meanwhile.
-                unsafe { shared.clear(site) };
-            }
+            field[..count].fill([0.0; 4]);
         }
         self.find_mirrors(mirrors);
     }
@@ -129,7 +122,7 @@ impl<const D: usize> Grid<D> {
         }
     }
 
-    /// Copies mass and momentum behind each mirror plane.
+    /// Copies mass and velocity behind each mirror plane.
     pub fn reflect_start(&mut self) {
         reflect(&self.images, &mut self.start);
     }
@@ -144,6 +137,24 @@ impl<const D: usize> Grid<D> {
         let mut field = std::mem::take(&mut self.start);
         self.fold(&mut field, true);
         self.start = field;
+    }
+
+    /// Makes momenta velocities; nodes of no more than `cut` [kg] stand still.
+    pub fn find_velocities(&mut self, cut: f64) {
+        for node in &mut self.start[..self.blocks.len() * const { block::<D>() }] {
+            let [mass, x, y, z] = *node;
+            let per_mass = if mass > cut { 1.0 / mass } else { 0.0 };
+            *node = [mass, x * per_mass, y * per_mass, z * per_mass];
+        }
+    }
+
+    /// Makes forces changes of velocity in a step of `dt` [s]; nodes of no more than `cut` [kg] stand still.
+    pub fn find_changes(&mut self, cut: f64, dt: f64) {
+        let count = self.blocks.len() * const { block::<D>() };
+        for (force, start) in self.force[..count].iter_mut().zip(&self.start) {
+            let kick = if start[0] > cut { dt / start[0] } else { 0.0 };
+            *force = force.map(|f| f * kick);
+        }
     }
 
     /// Mirrors forces, or what else is there.
@@ -205,7 +216,7 @@ struct Row {
 /// Visits the rows of what `site` touches. A macro, since a closure would not be compiled for the lanes' processor.
 macro_rules! rows {
     ($site:ident, |$row:ident| $body:block) => {
-        let (edge, span) = const { (edge::<D>(), span::<D>()) };
+        let (edge, span, row) = const { (edge::<D>(), span::<D>(), row::<D>()) };
         let [xs, ys, zs] = $site.touched.map(|[low, high]| [low as usize, high as usize]);
         for x in xs[0]..xs[1] {
             for y in ys[0]..ys[1] {
@@ -220,7 +231,7 @@ macro_rules! rows {
                         };
                         let inside = (x % edge * edge + y % edge) * edge + from - half * edge;
                         let $row = Row {
-                            window: (x * span + y) * span + from,
+                            window: (x * span + y) * row + from,
                             grid: $site.homes[corner] as usize * const { block::<D>() } + inside,
                             length: to - from,
                         };
@@ -239,7 +250,7 @@ pub struct Shared<'a> {
     field: PhantomData<&'a mut [Node]>,
 }
 
-// SAFETY: the only way in is `clear` and `add`, whose callers see to it that no two threads touch the same node.
+// SAFETY: the only way in is `add`, whose callers see to it that no two threads touch the same node.
 unsafe impl Sync for Shared<'_> {}
 
 impl<'a> Shared<'a> {
@@ -260,28 +271,16 @@ impl<'a> Shared<'a> {
         unsafe { std::slice::from_raw_parts_mut(self.nodes.add(row.grid), row.length) }
     }
 
-    /// Clears the nodes that `site` touches.
-    ///
-    /// # Safety
-    /// Nothing else uses nodes of the site meanwhile; sites of one colour have none in common.
-    #[inline(always)]
-    pub unsafe fn clear<const D: usize>(&self, site: &Site<D>) {
-        rows!(site, |row| {
-            // SAFETY: the row is the site's.
-            unsafe { self.row(&row) }.fill([0.0; 4]);
-        });
-    }
-
     /// Adds the window of `site`.
     ///
     /// # Safety
-    /// As for [`Shared::clear`].
+    /// Nothing else uses nodes of the site meanwhile; sites of one colour have none in common.
     #[inline(always)]
     pub unsafe fn add<const D: usize>(&self, site: &Site<D>, window: &Window) {
         rows!(site, |row| {
             // SAFETY: the row is the site's.
             let nodes = unsafe { self.row(&row) };
-            for (to, from) in nodes.iter_mut().zip(&window[row.window..]) {
+            for (to, from) in nodes.iter_mut().zip(&window.0[row.window..]) {
                 for c in 0..4 {
                     to[c] += from[c];
                 }
@@ -293,60 +292,73 @@ impl<'a> Shared<'a> {
 /// Clears the part of `window` that `site` touches, and the pair that its last node may be read with.
 #[inline(always)]
 pub fn clear_window<const D: usize>(site: &Site<D>, window: &mut Window) {
-    let span = const { span::<D>() };
+    let (span, row) = const { (span::<D>(), row::<D>()) };
     let [xs, ys, zs] = site.touched.map(|[low, high]| [low as usize, high as usize]);
     for x in xs[0]..xs[1] {
         for y in ys[0]..ys[1] {
-            window[(x * span + y) * span..][zs[0]..zs[1] + 1].fill([0.0; 4]);
+            window.0[(x * span + y) * row..][zs[0]..(zs[1] + 1).min(row)].fill([0.0; 4]);
         }
     }
 }
 
-/// Fills the window with mass and velocity; nodes of no more than `cut` [kg] stand still.
+/// `[|u|^2, u]`.
 #[inline(always)]
-pub fn see_velocity<const D: usize>(site: &Site<D>, grid: &Grid<D>, cut: f64, window: &mut Window) {
+fn with_square(u: [f64; 3]) -> Node {
+    [u[0] * u[0] + u[1] * u[1] + u[2] * u[2], u[0], u[1], u[2]]
+}
+
+/// Fills the window with `[|u|^2, u]` of the velocity u less `own`, and `masses` [kg].
+#[inline(always)]
+pub fn see_velocity<const D: usize>(
+    site: &Site<D>,
+    grid: &Grid<D>,
+    own: &[f64; 3],
+    window: &mut Window,
+    masses: &mut [f64; WINDOW],
+) {
     rows!(site, |row| {
-        for (to, from) in window[row.window..].iter_mut().zip(&grid.start[row.grid..][..row.length]) {
-            let per_mass = if from[0] > cut { 1.0 / from[0] } else { 0.0 };
-            *to = [from[0], from[1] * per_mass, from[2] * per_mass, from[3] * per_mass];
+        let windows = window.0[row.window..].iter_mut().zip(&mut masses[row.window..]);
+        for ((to, mass), from) in windows.zip(&grid.start[row.grid..][..row.length]) {
+            *mass = from[0];
+            *to = with_square([from[1] - own[0], from[2] - own[1], from[3] - own[2]]);
         }
     });
 }
 
-/// Fills windows with the velocity at the end of a step of `dt` [s], or its change through the step, and that at its middle.
+/// Fills windows with `[|u|^2, u]` of the velocity at the end of the step less `own`, or of its change through the step,
+/// and with that at its middle less `own`.
 #[inline(always)]
 pub fn see_end<const D: usize>(
     site: &Site<D>,
     grid: &Grid<D>,
-    cut: f64,
-    dt: f64,
     change_only: bool,
-    end: &mut Window,
-    middle: &mut Window,
+    own: &[f64; 3],
+    [end, middle]: &mut [Window; 2],
 ) {
     rows!(site, |row| {
         let sums = grid.start[row.grid..].iter().zip(&grid.force[row.grid..]).take(row.length);
-        let windows = end[row.window..].iter_mut().zip(&mut middle[row.window..]);
-        for ((end, middle), (start, force)) in windows.zip(sums) {
-            let per_mass = if start[0] > cut { 1.0 / start[0] } else { 0.0 };
-            let kick = dt * per_mass;
-            for c in 0..4 {
-                let (v, change) = (start[c] * per_mass, kick * force[c]);
-                end[c] = if change_only { change } else { v + change };
-                middle[c] = v + 0.5 * change;
+        let windows = end.0[row.window..].iter_mut().zip(&mut middle.0[row.window..]);
+        for ((end, middle), (start, changes)) in windows.zip(sums) {
+            let mut last = [0.0; 3];
+            for c in 0..3 {
+                let (v, change) = (start[c + 1] - own[c], changes[c + 1]);
+                last[c] = if change_only { change } else { v + change };
+                middle[c + 1] = v + 0.5 * change;
             }
+            middle[0] = 0.0;
+            *end = with_square(last);
         }
     });
 }
 
-/// Fills the window with means over mass of the sums in the field of forces; nodes of no more than `cut` [kg] have none.
+/// Fills the window with `[|u|^2, u]` of means over mass of the sums in the field of forces; nodes of no more than `cut` [kg] have none.
 #[inline(always)]
 pub fn see_mean<const D: usize>(site: &Site<D>, grid: &Grid<D>, cut: f64, window: &mut Window) {
     rows!(site, |row| {
         let sums = grid.start[row.grid..].iter().zip(&grid.force[row.grid..]).take(row.length);
-        for (to, (start, sum)) in window[row.window..].iter_mut().zip(sums) {
+        for (to, (start, sum)) in window.0[row.window..].iter_mut().zip(sums) {
             let per_mass = if start[0] > cut { 1.0 / start[0] } else { 0.0 };
-            *to = sum.map(|x| x * per_mass);
+            *to = with_square([sum[1] * per_mass, sum[2] * per_mass, sum[3] * per_mass]);
         }
     });
 }
@@ -355,7 +367,7 @@ pub fn see_mean<const D: usize>(site: &Site<D>, grid: &Grid<D>, cut: f64, window
 #[inline(always)]
 pub fn see_heat<const D: usize>(site: &Site<D>, field: &[Node], window: &mut Window) {
     rows!(site, |row| {
-        for (to, from) in window[row.window..].iter_mut().zip(&field[row.grid..][..row.length]) {
+        for (to, from) in window.0[row.window..].iter_mut().zip(&field[row.grid..][..row.length]) {
             let [mass, heat, share, _] = *from;
             let per_mass = if share > 0.0 { 1.0 / mass } else { 0.0 };
             let part = (share * per_mass).min(1.0);
@@ -368,7 +380,7 @@ pub fn see_heat<const D: usize>(site: &Site<D>, field: &[Node], window: &mut Win
 #[inline(always)]
 pub fn see_scalar<const D: usize>(site: &Site<D>, field: &[f64], window: &mut Window) {
     rows!(site, |row| {
-        for (to, from) in window[row.window..].iter_mut().zip(&field[row.grid..][..row.length]) {
+        for (to, from) in window.0[row.window..].iter_mut().zip(&field[row.grid..][..row.length]) {
             *to = [*from, 0.0, 0.0, 0.0];
         }
     });
@@ -388,12 +400,12 @@ mod tests {
         let mut store = Store::new(&[one], frame).0;
         store.touch(4);
         let mut grid = Grid::<3>::default();
-        grid.lay_out(&mut store, &[false, true, false], 0, false);
+        grid.lay_out(&mut store, &[false, true, false], 0);
         let mut window = CLEAR;
         // Its nodes along y lie at -1, 0, 1, 2: the last three nodes of the block's window and one beyond.
-        let node = |y: usize| (3 * 7 + y) * 7 + 3;
+        let node = |y: usize| (3 * 7 + y) * 8 + 3;
         for y in 3..7 {
-            window[node(y)] = [1.0, 2.0, y as f64, 4.0];
+            window.0[node(y)] = [1.0, 2.0, y as f64, 4.0];
         }
         let site = store.sites.iter().flatten().next().expect("one");
         // SAFETY: nothing else uses the field.
@@ -401,15 +413,15 @@ mod tests {
         grid.fold_start();
         let mut seen = CLEAR;
         see_mean_of(site, &grid.start, &mut seen);
-        assert_eq!(seen[node(5)], [2.0, 4.0, 5.0 - 3.0, 8.0]);
-        assert_eq!(seen[node(4)], [2.0, 4.0, 0.0, 8.0]);
-        assert_eq!(seen[node(3)], [2.0, 4.0, 3.0 - 5.0, 8.0]);
-        assert_eq!(seen[node(6)], [1.0, 2.0, 6.0, 4.0]);
+        assert_eq!(seen.0[node(5)], [2.0, 4.0, 5.0 - 3.0, 8.0]);
+        assert_eq!(seen.0[node(4)], [2.0, 4.0, 0.0, 8.0]);
+        assert_eq!(seen.0[node(3)], [2.0, 4.0, 3.0 - 5.0, 8.0]);
+        assert_eq!(seen.0[node(6)], [1.0, 2.0, 6.0, 4.0]);
     }
 
     fn see_mean_of<const D: usize>(site: &Site<D>, field: &[Node], window: &mut Window) {
         rows!(site, |row| {
-            window[row.window..][..row.length].copy_from_slice(&field[row.grid..][..row.length]);
+            window.0[row.window..][..row.length].copy_from_slice(&field[row.grid..][..row.length]);
         });
     }
 }

@@ -32,6 +32,11 @@ pub const fn span<const D: usize>() -> usize {
     edge::<D>() + 3
 }
 
+/// Nodes from one row of a window to the next: even, so that nodes are read in pairs within their row.
+pub const fn row<const D: usize>() -> usize {
+    span::<D>().next_multiple_of(2)
+}
+
 impl Kernel {
     /// Second moment of the weights along an axis, over dx^2; 0 where it depends on the place.
     #[inline(always)]
@@ -126,11 +131,9 @@ pub struct Lines {
     pub weight: [[[f64; 8]; 4]; 3],
     /// Their derivatives by the particle's place [1/m].
     pub slope: [[[f64; 8]; 4]; 3],
-    /// Distances of the nodes from the particle [m].
-    pub offset: [[[f64; 8]; 4]; 3],
     /// Weights times distances [m].
     pub moment: [[[f64; 8]; 4]; 3],
-    /// `sum w^2` over all nodes.
+    /// `sum w^2` over all nodes; comes with the slopes.
     pub own: [f64; 8],
     /// The first node in the block's window.
     pub first: [f64; 8],
@@ -142,14 +145,15 @@ impl Default for Lines {
         let none = [[[0.0; 8]; 4]; 3];
         let mut weight = none;
         (weight[0][0], weight[1][0]) = ([1.0; 8], [1.0; 8]);
-        Lines { weight, slope: none, offset: none, moment: none, own: [0.0; 8], first: [0.0; 8] }
+        Lines { weight, slope: none, moment: none, own: [0.0; 8], first: [0.0; 8] }
     }
 }
 
 impl Lines {
-    /// Weights at `position` [m] of particles in the block whose first cell is `origin`, on cells of `cell` [m].
+    /// Weights at `position` [m] of particles in the block whose first cell is `origin`, on cells of `cell` [m]; with `SLOPE` their
+    /// slopes, with `MOMENT` their moments.
     #[inline(always)]
-    pub fn fill<R: Eight, const D: usize, const N: usize>(
+    pub fn fill<R: Eight, const D: usize, const N: usize, const SLOPE: bool, const MOMENT: bool>(
         &mut self,
         position: &[[f64; 8]; D],
         origin: &[f64; D],
@@ -160,22 +164,28 @@ impl Lines {
         let (mut own, mut place) = (R::of(1.0), R::of(0.0));
         for d in 0..D {
             let (first, f) = first_node(R::load(&position[d]), per_cell, kernel.reach());
-            place = place.times(span::<D>() as f64) + first.plus(-origin[d]);
+            let inner = if d + 1 < D { span::<D>() } else { row::<D>() };
+            place = place.times(inner as f64) + first.plus(-origin[d]);
             let (weight, slope) = kernel.line(f);
             let below = f.plus(kernel.reach());
             let level = d + 3 - D;
             let mut squares = R::of(0.0);
             for k in 0..N {
-                let offset = (R::of(k as f64) - below).times(cell);
-                squares = weight[k].fused(weight[k], squares);
                 weight[k].store(&mut self.weight[level][k]);
-                slope[k].times(per_cell).store(&mut self.slope[level][k]);
-                offset.store(&mut self.offset[level][k]);
-                (weight[k] * offset).store(&mut self.moment[level][k]);
+                if SLOPE {
+                    squares = weight[k].fused(weight[k], squares);
+                    slope[k].times(per_cell).store(&mut self.slope[level][k]);
+                }
+                if MOMENT {
+                    let offset = (R::of(k as f64) - below).times(cell);
+                    (weight[k] * offset).store(&mut self.moment[level][k]);
+                }
             }
             own = own * squares;
         }
-        own.store(&mut self.own);
+        if SLOPE {
+            own.store(&mut self.own);
+        }
         place.store(&mut self.first);
     }
 }

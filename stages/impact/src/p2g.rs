@@ -1,7 +1,6 @@
 //! Particles to grid: mass and momentum (step 1 of the method), then the stress that acts through the step and its forces
 //! (steps 2 and 3).
-use crate::grid::{Grid, Shared, Window, clear_window, see_velocity};
-use crate::kernel::Lines;
+use crate::grid::{Grid, Shared, clear_window, see_velocity};
 use crate::material::{HalfStep, Law};
 use crate::method::{Scheme, Transfer};
 use crate::pack::Pack;
@@ -9,8 +8,8 @@ use crate::step::Setting;
 use crate::store::Site;
 use crate::task::{Desk, Task};
 use crate::tensor::{self, Gradient};
-use crate::transfer::{By, Square, Sums, gather, spread};
-use hvi_kit::lanes::{Eight, Quads};
+use crate::transfer::{By, Sums, gather, sharing, spread};
+use hvi_kit::lanes::{Eight, Quads, prefetch};
 
 /// Step 1: `m_i = sum m w`, `m_i v_i = sum m w (v + C (x_i - x))`.
 pub struct Momentum<'a, const D: usize> {
@@ -33,12 +32,17 @@ impl<const D: usize> Task<D> for Momentum<'_, D> {
         let origin = site.origin();
         for group in &site.groups {
             for (k, pack) in group.packs.iter().enumerate() {
-                lines.fill::<R, D, N>(&pack.position, &origin, method.kernel, self.setting.cell);
-                let mass = R::load(&pack.matter.mass);
-                pack.velocity_quads(mass, mass, constant);
+                if let Some(next) = group.packs.get(k + 1) {
+                    prefetch(&next.position);
+                    prefetch(&next.velocity);
+                    prefetch(&next.affine);
+                    prefetch(&next.matter.mass);
+                }
+                lines.fill::<R, D, N, false, true>(&pack.position, &origin, method.kernel, self.setting.cell);
+                pack.momenta::<R>(constant);
                 // Linear weights know no affine motion; with the others it is zero where the transfer has none.
                 if N > 2 {
-                    pack.affine_quads(mass, columns);
+                    pack.affine_momenta::<R>(columns);
                 }
                 for lane in 0..group.live(k) {
                     if N > 2 {
@@ -63,12 +67,10 @@ impl<const D: usize> Task<D> for Momentum<'_, D> {
 pub struct Force<'a, const D: usize> {
     /// The run's setting.
     pub setting: &'a Setting<D>,
-    /// Masses and momenta.
+    /// Masses and velocities.
     pub grid: &'a Grid<D>,
     /// Where to.
     pub field: Shared<'a>,
-    /// Nodes of no more than this mass [kg] stand still.
-    pub cut: f64,
     /// Time step [s].
     pub dt: f64,
 }
@@ -78,20 +80,40 @@ impl<const D: usize> Task<D> for Force<'_, D> {
 
     #[inline(always)]
     fn run<R: Eight, const N: usize>(&self, site: &mut Site<D>, desk: &mut Desk) {
-        see_velocity(site, self.grid, self.cut, &mut desk.windows[0]);
+        let own = site.reference();
+        see_velocity(site, self.grid, &own, &mut desk.windows[0], &mut desk.masses);
         clear_window(site, &mut desk.windows[1]);
         let origin = site.origin();
         site.conducts = false;
         let mut conducts = false;
         for group in &mut site.groups {
             let law = &self.setting.laws[group.body as usize];
-            let Desk { lines, windows, sums, quads, .. } = &mut *desk;
+            let Desk { lines, windows, masses, sums, quads, .. } = &mut *desk;
             for k in 0..group.packs.len() {
                 let live = group.live(k);
-                let pack = &mut group.packs[k];
-                lines.fill::<R, D, N>(&pack.position, &origin, self.setting.method.kernel, self.setting.cell);
-                self.collect::<R, N>(pack, live, &windows[0], lines, quads, &mut sums[0]);
-                self.stress::<R>(pack, law, lines, &sums[0], quads);
+                if let Some(next) = group.packs.get(k + 1) {
+                    prefetch(next);
+                }
+                let (pack, at) = (&mut group.packs[k], &mut sums[0]);
+                lines.fill::<R, D, N, true, true>(
+                    &pack.position,
+                    &origin,
+                    self.setting.method.kernel,
+                    self.setting.cell,
+                );
+                if live < 8 {
+                    *at = Sums::NONE;
+                }
+                for lane in 0..live {
+                    // Linear weights know no affine motion.
+                    if N > 2 {
+                        gather::<R, D, N, true, true>(&windows[0], lines, lane, at);
+                    } else {
+                        gather::<R, D, N, true, false>(&windows[0], lines, lane, at);
+                    }
+                }
+                let shared = R::load(&sharing::<D, N>(masses, lines, &pack.matter.mass, live));
+                self.stress::<R>(pack, law, shared, &own, at, quads);
                 let still = R::load(&pack.matter.divergence);
                 conducts |= still.any_less(R::of(0.0));
                 let [hoop, columns @ ..] = &*quads;
@@ -107,51 +129,29 @@ impl<const D: usize> Task<D> for Force<'_, D> {
 }
 
 impl<const D: usize> Force<'_, D> {
-    /// Gathers the velocities at the start of the step for a pack.
-    #[inline(always)]
-    fn collect<R: Eight, const N: usize>(
-        &self,
-        pack: &Pack<D>,
-        live: usize,
-        window: &Window,
-        lines: &Lines,
-        quads: &mut [Quads; 4],
-        out: &mut Sums,
-    ) {
-        let [own, affine @ ..] = quads;
-        pack.velocity_quads(R::of(0.0), R::of(1.0), own);
-        if N > 2 {
-            pack.affine_quads(R::of(1.0), affine);
-        }
-        if live < 8 {
-            *out = Sums::NONE;
-        }
-        for lane in 0..live {
-            let square = if N > 2 { Square::Affine } else { Square::Nothing };
-            gather::<R, D, N>(window, lines, lane, By::Slope, square, own, affine, out);
-        }
-    }
-
     /// Keeps a pack's heat, loneliness, divergence and stress at the middle of the step; `pull` is what goes with the weights in its
-    /// forces, and what goes with their slopes, by level.
+    /// forces, and what goes with their slopes, by level. Velocities on the grid are less `own`.
     #[inline(always)]
-    fn stress<R: Eight>(&self, pack: &mut Pack<D>, law: &Law, lines: &Lines, at: &Sums, pull: &mut [Quads; 4]) {
+    fn stress<R: Eight>(
+        &self,
+        pack: &mut Pack<D>,
+        law: &Law,
+        shared: R,
+        own: &[f64; 3],
+        at: &Sums,
+        pull: &mut [Quads; 4],
+    ) {
         let (setting, zero, one) = (self.setting, R::of(0.0), R::of(1.0));
         let mut m = pack.matter.load::<R>();
-        let [shared_mass, ..] = R::columns(&at.mean);
-        let own = (m.mass * R::load(&lines.own)).times(1.0 + 1e-9);
-        let alone = zero.where_less(own, shared_mass, one);
-        let shared = one - alone;
-        alone.store(&mut pack.alone);
+        (one - shared).store(&mut pack.alone);
         match setting.method.transfer {
-            Transfer::Apic => {
-                let [_, x, y, z] = R::columns(&at.square);
-                (m.mass * (x + y + z)).times(0.5).store(&mut pack.heat);
-            }
+            Transfer::Apic => self.left_behind::<R>(pack, own, at).store(&mut pack.heat),
             Transfer::Flip => pack.heat = [0.0; 8],
             Transfer::Xpic { .. } => {}
         }
-        let l = gradient_at_start::<R, D>(pack, at, setting);
+        let across = D.min(2) - 1;
+        let radial = R::columns(&at.mean)[across + 1].plus(own[across]);
+        let l = full_gradient::<R, D>(at, radial, R::load(&pack.position[across]), setting);
         let half: HalfStep<R> = match setting.method.scheme {
             Scheme::Midpoint => law.half_step(&m, &l, self.dt, setting.cell),
             Scheme::Usf | Scheme::Usl | Scheme::Musl => law.standing(&m, &l, setting.cell),
@@ -182,13 +182,27 @@ impl<const D: usize> Force<'_, D> {
             R::transposed(columns, &mut pull[1 + d + 3 - D]);
         }
     }
-}
 
-/// Gradient of the grid velocity at the start of the step, of the full space [1/s].
-#[inline(always)]
-fn gradient_at_start<R: Eight, const D: usize>(pack: &Pack<D>, at: &Sums, setting: &Setting<D>) -> Gradient<R> {
-    let radial = R::load(&pack.velocity[D.min(2) - 1]) + R::columns(&at.mean)[D.min(2)];
-    full_gradient::<R, D>(at, radial, R::load(&pack.position[D.min(2) - 1]), setting)
+    /// Energy of affine motion that its nodes don't take up: `m/2 sum w |v + C (x_i - x) - v_i|^2` [J], multiplied out with the weights'
+    /// moments.
+    #[inline(always)]
+    fn left_behind<R: Eight>(&self, pack: &Pack<D>, own: &[f64; 3], at: &Sums) -> R {
+        let moment = self.setting.method.moment(self.setting.cell);
+        let mean = R::columns(&at.mean);
+        let mut twice = mean[0];
+        for c in 0..D {
+            let v = R::load(&pack.velocity[c]).plus(-own[c]);
+            twice = v.fused(v - mean[c + 1].times(2.0), twice);
+        }
+        for d in 0..D {
+            let moments = R::columns(&at.moment[d + 3 - D]);
+            for c in 0..D {
+                let affine = R::load(&pack.affine[c][d]);
+                twice = affine.fused(affine.times(moment) - moments[c + 1].times(2.0), twice);
+            }
+        }
+        (R::load(&pack.matter.mass) * twice).times(0.5)
+    }
 }
 
 /// Velocity gradient of the full space; the hoop rate is `radial / radius` in axisymmetry.
@@ -196,7 +210,7 @@ fn gradient_at_start<R: Eight, const D: usize>(pack: &Pack<D>, at: &Sums, settin
 pub fn full_gradient<R: Eight, const D: usize>(at: &Sums, radial: R, radius: R, setting: &Setting<D>) -> Gradient<R> {
     let mut full = [[R::of(0.0); 3]; 3];
     for j in 0..D {
-        let column = R::columns(&at.linear[j + 3 - D]);
+        let column = R::columns(&at.slope[j + 3 - D]);
         for i in 0..D {
             full[i][j] = column[i + 1];
         }

@@ -69,23 +69,25 @@ impl<const D: usize> Pack<D> {
         self.id[lane] = p.id;
     }
 
-    /// `first` and the velocities times `factor`, a quad a particle, as a node has it.
+    /// Masses and momenta, a quad a particle, as a node has them.
     #[inline(always)]
-    pub fn velocity_quads<R: Eight>(&self, first: R, factor: R, to: &mut Quads) {
-        let mut columns = [first, R::of(0.0), R::of(0.0), R::of(0.0)];
+    pub fn momenta<R: Eight>(&self, to: &mut Quads) {
+        let mass = R::load(&self.matter.mass);
+        let mut columns = [mass, R::of(0.0), R::of(0.0), R::of(0.0)];
         for c in 0..D {
-            columns[c + 1] = R::load(&self.velocity[c]) * factor;
+            columns[c + 1] = R::load(&self.velocity[c]) * mass;
         }
         R::transposed(columns, to);
     }
 
-    /// Columns of the affine parts times `factor`, by level.
+    /// Columns of the affine parts times the masses, by level.
     #[inline(always)]
-    pub fn affine_quads<R: Eight>(&self, factor: R, to: &mut [Quads; 3]) {
+    pub fn affine_momenta<R: Eight>(&self, to: &mut [Quads; 3]) {
+        let mass = R::load(&self.matter.mass);
         for d in 0..D {
             let mut columns = [R::of(0.0); 4];
             for c in 0..D {
-                columns[c + 1] = R::load(&self.affine[c][d]) * factor;
+                columns[c + 1] = R::load(&self.affine[c][d]) * mass;
             }
             R::transposed(columns, &mut to[d + 3 - D]);
         }

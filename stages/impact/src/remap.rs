@@ -4,10 +4,11 @@ use crate::g2p;
 use crate::grid::{Grid, see_end, see_mean, see_velocity};
 use crate::method::Scheme;
 use crate::p2g::full_gradient;
+use crate::signal::Survey;
 use crate::step::Setting;
-use crate::store::{Site, Store};
+use crate::store::{Frame, Site, Store};
 use crate::task::{Crew, Desk, Task};
-use crate::transfer::{By, Square, Sums, gather};
+use crate::transfer::{Sums, gather, sharing};
 use crate::xpic;
 use hvi_kit::lanes::Eight;
 
@@ -24,7 +25,8 @@ pub fn deform<const D: usize>(
     if setting.method.scheme == Scheme::Musl {
         xpic::average(store, grid, setting, false, crew);
     }
-    crew.each(store, setting, &Deform { setting, grid, cut, dt });
+    let frame = store.frame();
+    crew.each(store, setting, &Deform { setting, grid, cut, dt, frame });
 }
 
 struct Deform<'a, const D: usize> {
@@ -32,6 +34,7 @@ struct Deform<'a, const D: usize> {
     grid: &'a Grid<D>,
     cut: f64,
     dt: f64,
+    frame: Frame,
 }
 
 impl<const D: usize> Task<D> for Deform<'_, D> {
@@ -39,37 +42,41 @@ impl<const D: usize> Task<D> for Deform<'_, D> {
     fn run<R: Eight, const N: usize>(&self, site: &mut Site<D>, desk: &mut Desk) {
         let setting = self.setting;
         let scheme = setting.method.scheme;
-        let [window, other] = &mut *desk.windows;
+        let mut own = site.reference();
+        let window = &mut desk.windows[0];
         match scheme {
-            Scheme::Midpoint | Scheme::Usf => see_velocity(site, self.grid, self.cut, window),
-            Scheme::Usl => see_end(site, self.grid, self.cut, self.dt, false, window, other),
-            Scheme::Musl => see_mean(site, self.grid, self.cut, window),
+            Scheme::Midpoint | Scheme::Usf => {
+                see_velocity(site, self.grid, &own, window, &mut desk.masses);
+            }
+            Scheme::Usl => see_end(site, self.grid, false, &own, &mut desk.windows),
+            Scheme::Musl => {
+                own = [0.0; 3];
+                see_mean(site, self.grid, self.cut, window);
+            }
         }
+        let mut survey = Survey::<R, D>::new(site, self.frame);
         let origin = site.origin();
         for group in &mut site.groups {
             let law = &setting.laws[group.body as usize];
             for k in 0..group.packs.len() {
                 let live = group.live(k);
-                let Desk { lines, windows, sums, quads, .. } = &mut *desk;
+                let Desk { lines, windows, masses, sums, .. } = &mut *desk;
                 let (pack, at) = (&mut group.packs[k], &mut sums[0]);
-                lines.fill::<R, D, N>(&pack.position, &origin, setting.method.kernel, setting.cell);
+                lines.fill::<R, D, N, true, false>(&pack.position, &origin, setting.method.kernel, setting.cell);
                 if live < 8 {
                     *at = Sums::NONE;
                 }
-                pack.velocity_quads(R::of(0.0), R::of(1.0), &mut quads[0]);
                 for lane in 0..live {
-                    let nothing = Square::Nothing;
-                    gather::<R, D, N>(&windows[0], lines, lane, By::Slope, nothing, &quads[0], &g2p::NONE, at);
+                    gather::<R, D, N, true, false>(&windows[0], lines, lane, at);
                 }
                 let across = D.min(2) - 1;
-                let radial = R::load(&pack.velocity[across]) + R::columns(&at.mean)[across + 1];
+                let radial = R::columns(&at.mean)[across + 1].plus(own[across]);
                 let l = full_gradient::<R, D>(at, radial, R::load(&pack.position[across]), setting);
                 let mut m = pack.matter.load::<R>();
                 let old = m;
-                let own = (m.mass * R::load(&lines.own)).times(1.0 + 1e-9);
                 let shared = match scheme {
-                    // Only here the field has the nodes' masses; `alone` is not known yet.
-                    Scheme::Midpoint | Scheme::Usf => R::of(1.0).where_less(own, R::columns(&at.mean)[0], R::of(0.0)),
+                    // `alone` is not known yet.
+                    Scheme::Midpoint | Scheme::Usf => R::load(&sharing::<D, N>(masses, lines, &pack.matter.mass, live)),
                     Scheme::Usl | Scheme::Musl => R::of(1.0) - R::load(&pack.alone),
                 };
                 let limited = law.deform(&mut m, &l, self.dt) * shared;
@@ -83,8 +90,11 @@ impl<const D: usize> Task<D> for Deform<'_, D> {
                     g2p::reflect::<R, D>(pack, &setting.mirrors);
                 }
             }
-            g2p::evaluate::<R, D>(group, law, setting.instructions, desk);
-            g2p::book_extremes::<R, D>(group, &mut site.booked);
+            for batch in g2p::batches(group.packs.len()) {
+                let (set, booked) = (setting.instructions, &mut site.booked);
+                g2p::evaluate::<R, D>(group, batch, law, set, desk, &mut survey, booked);
+            }
         }
+        survey.keep(site);
     }
 }

@@ -1,8 +1,10 @@
-//! The fastest signal: what the time step must resolve.
+//! What the next step must know of all particles: their fastest signal, and where they have gone.
 use crate::g2p::counted;
+use crate::kernel::{edge, first_node};
 use crate::material::Law;
+use crate::pack::Pack;
 use crate::step::Setting;
-use crate::store::{Site, Store};
+use crate::store::{Frame, Site, Store};
 use crate::task::{Crew, Desk, Task};
 use hvi_kit::lanes::Eight;
 
@@ -11,18 +13,19 @@ use hvi_kit::lanes::Eight;
 pub struct Signal {
     /// Of the fastest signal in matter that isn't alone.
     pub speed: f64,
-    /// Of the fastest particle, where it was asked for.
+    /// Of the fastest particle.
     pub velocity: f64,
 }
 
-/// The fastest of all.
-pub fn fastest<const D: usize>(
-    store: &mut Store<D>,
-    setting: &Setting<D>,
-    with_velocity: bool,
-    crew: &mut Crew,
-) -> Signal {
-    crew.each(store, setting, &Listen { cell: setting.cell, with_velocity });
+/// Has every block's particles looked at.
+pub fn listen<const D: usize>(store: &mut Store<D>, setting: &Setting<D>, crew: &mut Crew) -> Signal {
+    let frame = store.frame();
+    crew.each(store, setting, &Listen { frame });
+    fastest(store)
+}
+
+/// The fastest of all blocks.
+pub fn fastest<const D: usize>(store: &Store<D>) -> Signal {
     store.sites.iter().flatten().fold(Signal::default(), |a, site| Signal {
         speed: if site.signal.speed <= a.speed { a.speed } else { site.signal.speed },
         velocity: a.velocity.max(site.signal.velocity),
@@ -30,30 +33,80 @@ pub fn fastest<const D: usize>(
 }
 
 struct Listen {
-    cell: f64,
-    with_velocity: bool,
+    frame: Frame,
 }
 
 impl<const D: usize> Task<D> for Listen {
     #[inline(always)]
     fn run<R: Eight, const N: usize>(&self, site: &mut Site<D>, _: &mut Desk) {
-        let (mut speed, mut square) = (R::of(0.0), R::of(0.0));
+        let mut survey = Survey::<R, D>::new(site, self.frame);
         for group in &site.groups {
             for (k, pack) in group.packs.iter().enumerate() {
-                let counted = counted::<R>(group.live(k));
-                let (c, divergence) = (R::load(&pack.matter.sound_speed), R::load(&pack.matter.divergence));
-                let shared = counted * (R::of(1.0) - R::load(&pack.alone));
-                speed = speed.max(Law::signal_speed(c, divergence, self.cell) * shared);
-                if self.with_velocity {
-                    let mut sum = R::of(0.0);
-                    for v in &pack.velocity {
-                        let v = R::load(v);
-                        sum = v.fused(v, sum);
-                    }
-                    square = square.max(sum * counted);
-                }
+                survey.see(pack, group.live(k));
             }
         }
-        site.signal = Signal { speed: speed.greatest(), velocity: square.greatest().sqrt() };
+        survey.keep(site);
+    }
+}
+
+/// A look at the particles of a block, pack by pack.
+pub struct Survey<R, const D: usize> {
+    frame: Frame,
+    origin: [f64; D],
+    speed: R,
+    square: R,
+    low: [R; D],
+    high: [R; D],
+    left: R,
+}
+
+impl<R: Eight, const D: usize> Survey<R, D> {
+    /// Nothing seen yet.
+    #[inline(always)]
+    pub fn new(site: &Site<D>, frame: Frame) -> Self {
+        let zero = R::of(0.0);
+        let (low, high) = ([R::of(f64::INFINITY); D], [zero; D]);
+        Survey { frame, origin: site.origin(), speed: zero, square: zero, low, high, left: zero }
+    }
+
+    /// The first `live` of a pack.
+    #[inline(always)]
+    pub fn see(&mut self, pack: &Pack<D>, live: usize) {
+        let (zero, one, counted) = (R::of(0.0), R::of(1.0), counted::<R>(live));
+        let (c, divergence) = (R::load(&pack.matter.sound_speed), R::load(&pack.matter.divergence));
+        let shared = counted * (one - R::load(&pack.alone));
+        self.speed = self.speed.max(Law::signal_speed(c, divergence, self.frame.cell) * shared);
+        let (mut sum, mut outside) = (zero, zero);
+        let mut place = [zero; D];
+        for d in 0..D {
+            let v = R::load(&pack.velocity[d]);
+            sum = v.fused(v, sum);
+            let (first, _) = first_node(R::load(&pack.position[d]), 1.0 / self.frame.cell, self.frame.reach);
+            let at = first.plus(-self.origin[d]);
+            // Neither of these holds for a NaN.
+            let above = zero.where_less(R::of(-1.0), at, one);
+            outside = outside.max(above).max(zero.where_less(at, R::of(edge::<D>() as f64), one));
+            place[d] = at;
+        }
+        self.square = self.square.max(sum * counted);
+        self.left = self.left.max(outside * counted);
+        let stays = counted - outside;
+        for d in 0..D {
+            let low = place[d].where_less(zero, stays, R::of(f64::INFINITY));
+            self.low[d] = self.low[d].min(low);
+            self.high[d] = self.high[d].max(place[d].where_less(zero, stays, zero));
+        }
+    }
+
+    /// Notes what was seen at its block.
+    #[inline(always)]
+    pub fn keep(&self, site: &mut Site<D>) {
+        site.signal = Signal { speed: self.speed.greatest(), velocity: self.square.greatest().sqrt() };
+        site.left = self.left.greatest() > 0.0;
+        for d in 0..D {
+            let low = -(R::of(0.0) - self.low[d]).greatest();
+            // Where all have left, what comes first widens it.
+            site.cells[d + 3 - D] = [low.min(255.0) as u8, self.high[d].greatest() as u8];
+        }
     }
 }

@@ -11,7 +11,7 @@ use crate::p2g::{Force, Momentum};
 use crate::particle::Particle;
 use crate::signal::{self, Signal};
 use crate::store::{Frame, Lost, Store};
-use crate::task::Crew;
+use crate::task::{self, Crew};
 use crate::{conduction, remap, xpic};
 use hvi_kit::lanes::Instructions;
 use serde::{Deserialize, Serialize};
@@ -165,6 +165,8 @@ pub struct State<const D: usize> {
     contact: Contact<D>,
     #[serde(skip)]
     crew: Crew,
+    #[serde(skip)]
+    signal: Option<Signal>,
     cut: f64,
 }
 
@@ -207,6 +209,7 @@ impl<const D: usize> State<D> {
             grid: Grid::default(),
             contact: Contact::default(),
             crew: Crew::default(),
+            signal: None,
             cut,
         }
     }
@@ -223,6 +226,7 @@ impl<const D: usize> State<D> {
 
     /// Changes every particle's state; none may leave its cell.
     pub fn alter(&mut self, change: impl FnMut(&mut Particle<D>)) {
+        self.signal = None;
         self.store.alter(change);
     }
 
@@ -249,12 +253,13 @@ impl<const D: usize> State<D> {
         let State { store, grid, crew, contact, .. } = self;
         // Passes of any but the plain method take four nodes an axis.
         let plain = method.scheme == Scheme::Midpoint && method.friction.is_none();
-        let plain =
-            plain && matches!(method.transfer, Transfer::Apic | Transfer::Flip) && !setting.instructions.is_portable();
-        store.touch(if plain { method.kernel.nodes() } else { 4 });
-        grid.lay_out(store, &setting.mirrors, setting.conductors(), method.friction.is_some());
+        let plain = plain && matches!(method.transfer, Transfer::Apic | Transfer::Flip);
+        let fits = plain && task::fits::<D>() && !setting.instructions.is_portable();
+        store.touch(if fits { method.kernel.nodes() } else { 4 });
+        grid.lay_out(store, &setting.mirrors, setting.conductors());
         crew.each(store, setting, &Momentum { setting, field: Shared::new(&mut grid.start) });
         grid.fold_start();
+        grid.find_velocities(cut);
         if let Some(friction) = method.friction {
             contact.find(store, grid, setting, cut, crew);
             contact.meet(grid, friction);
@@ -267,7 +272,7 @@ impl<const D: usize> State<D> {
             remap::deform(store, grid, setting, cut, dt, crew);
         }
         let mut force = std::mem::take(&mut grid.force);
-        crew.each(store, setting, &Force { setting, grid, field: Shared::new(&mut force), cut, dt });
+        crew.each(store, setting, &Force { setting, grid, field: Shared::new(&mut force), dt });
         grid.force = force;
         if method.conduction > 0.0 {
             conduction::conduct(store, grid, setting, dt, crew);
@@ -277,10 +282,12 @@ impl<const D: usize> State<D> {
             contact.part(grid, friction, dt);
             contact.warm(store, setting, crew);
         }
-        crew.each(store, setting, &Update { setting, grid, cut, dt });
+        grid.find_changes(cut, dt);
+        crew.each(store, setting, &Update { setting, grid, dt, frame: store.frame() });
         if method.scheme.deforms_last() {
             remap::deform(store, grid, setting, cut, dt, crew);
         }
+        self.signal = Some(signal::fastest(store));
         let mut wrong = false;
         for site in store.sites.iter().flatten() {
             self.totals.add(&site.booked);
@@ -298,11 +305,13 @@ impl<const D: usize> State<D> {
     /// Step 0: `dt = CFL dx / max(Q + sqrt(Q^2 + c^2))`, growing slowly; in the first steps, where the divergence at the
     /// contact isn't known yet, the impact speed stands in for it. Where bodies meet later, speed bounds the signal from below.
     fn choose_dt(&mut self, setting: &Setting<D>, until: f64) -> Result<f64, Stop> {
-        let with_speed = self.steps < 3 || setting.has_gaps;
-        let Signal { mut speed, velocity } = signal::fastest(&mut self.store, setting, with_speed, &mut self.crew);
+        // Every step leaves it behind; only at a start it has to be looked for.
+        let known = self.signal.take();
+        let Signal { mut speed, velocity } =
+            known.unwrap_or_else(|| signal::listen(&mut self.store, setting, &mut self.crew));
         if self.steps < 3 {
             speed += Law::CONTACT * velocity;
-        } else {
+        } else if setting.has_gaps {
             speed = speed.max(velocity);
         }
         self.dt = (setting.cfl * setting.cell / speed).min(GROWTH * self.dt);

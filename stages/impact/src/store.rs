@@ -30,6 +30,10 @@ pub struct Site<const D: usize> {
     pub key: [i32; D],
     /// Its particles by body.
     pub groups: Vec<Group<D>>,
+    /// The least and the greatest place in its window of its particles' first nodes, by level.
+    pub cells: [[u8; 2]; 3],
+    /// Some particles have left it.
+    pub left: bool,
     /// The first and the last node (and one) of its window that its particles touch, by level.
     pub touched: [[u8; 2]; 3],
     /// Node blocks that its window lies over, by corner; those not touched are not to be used.
@@ -121,27 +125,25 @@ impl<const D: usize> Site<D> {
         origin
     }
 
-    /// Notes which nodes of the window its particles touch, `nodes` an axis.
-    fn touch(&mut self, frame: &Frame, nodes: usize) {
-        let (origin, per_cell) = (self.origin(), 1.0 / frame.cell);
-        let (mut low, mut high) = ([f64::INFINITY; D], [0.0f64; D]);
-        for group in &self.groups {
-            for (k, pack) in group.packs.iter().enumerate() {
-                for d in 0..D {
-                    for &x in &pack.position[d][..group.live(k)] {
-                        let at = first_node(x, per_cell, frame.reach).0 - origin[d];
-                        low[d] = if at < low[d] { at } else { low[d] };
-                        high[d] = if at > high[d] { at } else { high[d] };
-                    }
-                }
-            }
-        }
-        self.touched = [[0, 1]; 3];
+    /// Velocity of its first particle: what others are told apart from, so that rounding is relative to differences.
+    #[inline(always)]
+    pub fn reference(&self) -> [f64; 3] {
+        let mut velocity = [0.0; 3];
+        (0..D).for_each(|c| velocity[c] = self.groups[0].packs[0].velocity[c][0]);
+        velocity
+    }
+
+    /// One more particle has its first node there, in cells from the start of the block.
+    fn widen(&mut self, first: &[f64; D]) {
         for d in 0..D {
-            self.touched[d + 3 - D] = [low[d] as u8, high[d] as u8 + nodes as u8];
+            let [low, high] = &mut self.cells[d + 3 - D];
+            (*low, *high) = ((*low).min(first[d] as u8), (*high).max(first[d] as u8));
         }
     }
 }
+
+/// Before any particle has come.
+const NO_CELLS: [[u8; 2]; 3] = [[u8::MAX, 0]; 3];
 
 impl<const D: usize> Store<D> {
     /// Keeps `particles` but for those whose position isn't finite or lies more than 5e8 cells away: the first of them is told.
@@ -181,7 +183,8 @@ impl<const D: usize> Store<D> {
     pub fn settle(&mut self) -> Result<(), Lost> {
         let mut moved = Vec::new();
         let frame = self.frame;
-        for site in self.sites.iter_mut().flatten() {
+        for site in self.sites.iter_mut().flatten().filter(|site| site.left) {
+            site.left = false;
             let (origin, edge) = (site.origin(), kernel::edge::<D>() as f64);
             for group in &mut site.groups {
                 let mut k = 0;
@@ -233,7 +236,7 @@ impl<const D: usize> Store<D> {
     }
 
     fn insert(&mut self, p: &Particle<D>) -> Result<(), Lost> {
-        let mut key = [0i32; D];
+        let (mut key, mut place) = ([0i32; D], [0.0; D]);
         let mut colour = 0;
         for d in 0..D {
             let (first, _) = first_node(p.position[d], 1.0 / self.frame.cell, self.frame.reach);
@@ -241,6 +244,7 @@ impl<const D: usize> Store<D> {
                 return Err(Lost(p.id));
             }
             key[d] = (first as i32).div_euclid(kernel::edge::<D>() as i32);
+            place[d] = first - key[d] as f64 * kernel::edge::<D>() as f64;
             colour |= (key[d] as u8 & 1) << d;
         }
         if self.frame.apart {
@@ -252,6 +256,8 @@ impl<const D: usize> Store<D> {
             self.sites[colour as usize].push(Site {
                 key,
                 groups: Vec::new(),
+                cells: NO_CELLS,
+                left: false,
                 touched: [[0, 1]; 3],
                 homes: [0; 8],
                 booked: Booked::default(),
@@ -259,8 +265,10 @@ impl<const D: usize> Store<D> {
                 conducts: false,
             });
         }
-        let (colour, place) = self.seats[number as usize];
-        let groups = &mut self.sites[colour as usize][place as usize].groups;
+        let (colour, seat) = self.seats[number as usize];
+        let site = &mut self.sites[colour as usize][seat as usize];
+        site.widen(&place);
+        let groups = &mut site.groups;
         let at = groups.iter().position(|group| group.body == p.body).unwrap_or_else(|| {
             groups.push(Group { body: p.body, count: 0, packs: Vec::new(), extra: Vec::new() });
             groups.len() - 1
@@ -271,8 +279,17 @@ impl<const D: usize> Store<D> {
 
     /// Notes which nodes each block touches, `nodes` an axis and particle.
     pub fn touch(&mut self, nodes: usize) {
-        let frame = self.frame;
-        self.sites.iter_mut().flatten().for_each(|site| site.touch(&frame, nodes));
+        for site in self.sites.iter_mut().flatten() {
+            for level in 3 - D..3 {
+                let [low, high] = site.cells[level];
+                site.touched[level] = [low, high + nodes as u8];
+            }
+        }
+    }
+
+    /// How positions become cells.
+    pub fn frame(&self) -> Frame {
+        self.frame
     }
 }
 
@@ -342,6 +359,7 @@ mod tests {
         assert!(lost.is_none());
         for _ in 0..20 {
             store.alter(|p| p.position = p.position.map(|x| x + 3.0 * uniform()));
+            store.sites.iter_mut().flatten().for_each(|site| site.left = true);
             store.settle().expect("in reach");
             let mut ids: Vec<u32> = store.iter().map(|p| p.id).collect();
             ids.sort_unstable();

@@ -1,8 +1,8 @@
 //! Between a particle and the nodes of its block's window: the inner loops, in quads of numbers a node, two nodes at a time.
 //!
 //! Weights are products over three levels (see [`Lines`]); sums go level by level, so that each node costs a few products.
-use crate::grid::Node;
-use crate::kernel::{Lines, span};
+use crate::grid::{WINDOW, Window};
+use crate::kernel::{Lines, row, span};
 use hvi_kit::lanes::{Eight, Quads};
 
 /// Nodes of a level with `N` an axis.
@@ -12,7 +12,11 @@ pub const fn count<const D: usize, const N: usize>(level: usize) -> usize {
 
 /// Nodes from one of a level to the next in a window.
 const fn stride<const D: usize>(level: usize) -> usize {
-    span::<D>().pow(2 - level as u32)
+    match level {
+        0 => span::<D>() * row::<D>(),
+        1 => row::<D>(),
+        _ => 1,
+    }
 }
 
 /// Nodes from the first of a stencil to the end of its last pair.
@@ -43,7 +47,7 @@ impl Lines {
 /// Without `LINEAR` the second part is nothing.
 #[inline(always)]
 pub fn spread<R: Eight, const D: usize, const N: usize, const LINEAR: bool>(
-    window: &mut [Node],
+    window: &mut Window,
     lines: &Lines,
     lane: usize,
     by: By,
@@ -54,7 +58,7 @@ pub fn spread<R: Eight, const D: usize, const N: usize, const LINEAR: bool>(
     let lane = lane & 7;
     let (w, g) = (&lines.weight, lines.by(by));
     let first = lines.first[lane] as usize;
-    let window = &mut window[first..first + const { extent::<D, N>() }];
+    let window = &mut window.0[first..first + const { extent::<D, N>() }];
     let constant = R::quads(&constant[lane], &constant[lane]);
     let mut rows = [R::of(0.0); 2];
     let mut along = [[R::of(0.0); 2]; 2];
@@ -98,12 +102,6 @@ pub fn spread<R: Eight, const D: usize, const N: usize, const LINEAR: bool>(
     }
 }
 
-/// The numbers of nodes j and j + 1, 0 for the second where it is not paired.
-#[inline(always)]
-fn both<R: Eight>(of: &[[f64; 8]; 4], lane: usize, j: usize, paired: bool) -> R {
-    R::halves(of[j][lane], if paired { of[j + 1][lane] } else { 0.0 })
-}
-
 /// Each quad in both halves.
 #[inline(always)]
 fn all_twice<R: Eight>(quads: &[Quads; 3], lane: usize) -> [R; 3] {
@@ -111,104 +109,148 @@ fn all_twice<R: Eight>(quads: &[Quads; 3], lane: usize) -> [R; 3] {
     [R::quads(a, a), R::quads(b, b), R::quads(c, c)]
 }
 
-/// Which square a gather sums up too.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub enum Square {
-    /// None.
-    Nothing,
-    /// Of the field.
-    Field,
-    /// Of an affine field less the field.
-    Affine,
-}
-
-/// Sums over the nodes of eight particles, of a field u less the particle's own: a quad each.
+/// Sums over the nodes of eight particles, of a quad a node: a quad each.
 pub struct Sums {
     /// `sum w u`
     pub mean: Quads,
-    /// `sum w_level u`, with slopes or moments in one level.
-    pub linear: [Quads; 3],
-    /// `sum w |..|^2`, component by component.
-    pub square: Quads,
+    /// `sum w_level u`, with slopes in one level.
+    pub slope: [Quads; 3],
+    /// The same with weights times distances in one level.
+    pub moment: [Quads; 3],
 }
 
 impl Sums {
     /// Nothing.
-    pub const NONE: Sums = Sums { mean: [[0.0; 4]; 8], linear: [[[0.0; 4]; 8]; 3], square: [[0.0; 4]; 8] };
+    pub const NONE: Sums = Sums { mean: [[0.0; 4]; 8], slope: [[[0.0; 4]; 8]; 3], moment: [[[0.0; 4]; 8]; 3] };
 }
 
-/// Gathers the nodes of particle `lane` into its place in `out`; `own` is taken off each node, `affine` by level is the field for [`Square::Affine`].
+/// Sums over the nodes of one particle by the place along the last axis, two places a number: what is left to do is weight these.
+struct Partial<R> {
+    mean: [R; 2],
+    slope: [[R; 2]; 2],
+    moment: [[R; 2]; 2],
+}
+
+/// Gathers the nodes of particle `lane` into its place in `out`: the mean, with `SLOPE` the slopes, with `MOMENT` the moments.
 #[inline(always)]
-pub fn gather<R: Eight, const D: usize, const N: usize>(
-    window: &[Node],
+pub fn gather<R: Eight, const D: usize, const N: usize, const SLOPE: bool, const MOMENT: bool>(
+    window: &Window,
     lines: &Lines,
     lane: usize,
-    by: By,
-    square: Square,
-    own: &Quads,
-    affine: &[Quads; 3],
     out: &mut Sums,
 ) {
     let lane = lane & 7;
-    let zero = R::of(0.0);
-    let (w, g, x) = (&lines.weight, lines.by(by), &lines.offset);
     let first = lines.first[lane] as usize;
-    let window = &window[first..first + const { extent::<D, N>() }];
-    let own = R::quads(&own[lane], &own[lane]);
-    let [a, b, c]: [R; 3] = all_twice(affine, lane);
-    let (mut mean, mut linear, mut squares) = (zero, [zero; 3], zero);
+    let window = &window.0[first..first + const { extent::<D, N>() }];
+    let zero = [R::of(0.0); 2];
+    let mut sum = Partial { mean: zero, slope: [zero; 2], moment: [zero; 2] };
     for i in 0..count::<D, N>(0) {
-        let (mut plane, mut plane_1, mut plane_2, mut plane_square) = (zero, zero, zero, zero);
-        for pair in 0..count::<D, N>(1).div_ceil(2) {
-            let j = 2 * pair;
-            let paired = j + 1 < count::<D, N>(1);
-            let other = if paired { j + 1 } else { j };
-            let rows = [i * stride::<D>(0) + j * stride::<D>(1), i * stride::<D>(0) + other * stride::<D>(1)];
-            let mut start = zero;
-            if square == Square::Affine {
-                start = (a * R::of(x[0][i][lane])) + b * R::halves(x[1][j][lane], x[1][other][lane]);
-            }
-            let (mut row, mut row_2, mut row_square) = (zero, zero, zero);
-            for k in 0..N {
-                // SAFETY: the stencil ends before `extent`, as long as the window was cut.
-                let (low, high) = unsafe { (window.get_unchecked(rows[0] + k), window.get_unchecked(rows[1] + k)) };
-                let u = R::quads(low, high) - own;
-                let weight = R::of(w[2][k][lane]);
-                row_2 = u.fused(R::of(g[2][k][lane]), row_2);
-                if square == Square::Field {
-                    let weighted = u * weight;
-                    row = row + weighted;
-                    row_square = weighted.fused(u, row_square);
-                } else {
-                    row = u.fused(weight, row);
+        let (mut plane, mut slope, mut moment) = (zero, zero, zero);
+        for j in 0..count::<D, N>(1) {
+            let at = i * stride::<D>(0) + j * stride::<D>(1);
+            let w = R::of(lines.weight[1][j][lane]);
+            for k in 0..N.div_ceil(2) {
+                // SAFETY: the stencil ends before `extent`, as long as the window was cut; two nodes are eight numbers.
+                let u = R::load(unsafe { &*window.as_ptr().add(at + 2 * k).cast::<[f64; 8]>() });
+                plane[k] = u.fused(w, plane[k]);
+                if SLOPE && D >= 2 {
+                    slope[k] = u.fused(R::of(lines.slope[1][j][lane]), slope[k]);
                 }
-                if square == Square::Affine {
-                    let apart = c.fused(R::of(x[2][k][lane]), start) - u;
-                    row_square = (apart * weight).fused(apart, row_square);
+                if MOMENT && D >= 2 {
+                    moment[k] = u.fused(R::of(lines.moment[1][j][lane]), moment[k]);
                 }
             }
-            let weight = both::<R>(&w[1], lane, j, paired);
-            plane = row.fused(weight, plane);
-            plane_2 = row_2.fused(weight, plane_2);
-            if D >= 2 {
-                plane_1 = row.fused(both(&g[1], lane, j, paired), plane_1);
+        }
+        let w = R::of(lines.weight[0][i][lane]);
+        for k in 0..N.div_ceil(2) {
+            sum.mean[k] = plane[k].fused(w, sum.mean[k]);
+            if SLOPE {
+                sum.slope[1][k] = slope[k].fused(w, sum.slope[1][k]);
+                if D == 3 {
+                    sum.slope[0][k] = plane[k].fused(R::of(lines.slope[0][i][lane]), sum.slope[0][k]);
+                }
             }
-            plane_square = row_square.fused(weight, plane_square);
+            if MOMENT {
+                sum.moment[1][k] = moment[k].fused(w, sum.moment[1][k]);
+                if D == 3 {
+                    sum.moment[0][k] = plane[k].fused(R::of(lines.moment[0][i][lane]), sum.moment[0][k]);
+                }
+            }
         }
-        let weight = R::of(w[0][i][lane]);
-        mean = plane.fused(weight, mean);
-        linear[1] = plane_1.fused(weight, linear[1]);
-        linear[2] = plane_2.fused(weight, linear[2]);
-        if D == 3 {
-            linear[0] = plane.fused(R::of(g[0][i][lane]), linear[0]);
+    }
+    let w = ends::<R, N>(&lines.weight[2], lane);
+    folded::<R, N>(&sum.mean, &w, &mut out.mean[lane]);
+    if SLOPE {
+        folded::<R, N>(&sum.mean, &ends::<R, N>(&lines.slope[2], lane), &mut out.slope[2][lane]);
+        for level in 3 - D..2 {
+            folded::<R, N>(&sum.slope[level], &w, &mut out.slope[level][lane]);
         }
-        squares = plane_square.fused(weight, squares);
     }
-    mean.fold(&mut out.mean[lane]);
-    for level in 3 - D..3 {
-        linear[level].fold(&mut out.linear[level][lane]);
+    if MOMENT {
+        folded::<R, N>(&sum.mean, &ends::<R, N>(&lines.moment[2], lane), &mut out.moment[2][lane]);
+        for level in 3 - D..2 {
+            folded::<R, N>(&sum.moment[level], &w, &mut out.moment[level][lane]);
+        }
     }
-    if square != Square::Nothing {
-        squares.fold(&mut out.square[lane]);
+}
+
+/// Numbers of the nodes along the last axis, two a number; 0 past the last.
+#[inline(always)]
+fn ends<R: Eight, const N: usize>(of: &[[f64; 8]; 4], lane: usize) -> [R; 2] {
+    let mut both = [R::of(0.0); 2];
+    for k in 0..N.div_ceil(2) {
+        both[k] = R::halves(of[2 * k][lane], if 2 * k + 1 < N { of[2 * k + 1][lane] } else { 0.0 });
     }
+    both
+}
+
+/// The weighted sum of both halves of all.
+#[inline(always)]
+fn folded<R: Eight, const N: usize>(sums: &[R; 2], weights: &[R; 2], to: &mut [f64; 4]) {
+    let mut sum = sums[0] * weights[0];
+    if N > 2 {
+        sum = sums[1].fused(weights[1], sum);
+    }
+    sum.fold(to);
+}
+
+/// 1 for each of the first `live` particles that shares a node with another, else 0: `sum w m_i` is more than its own `m sum w^2`.
+/// `masses` of the nodes, `own` of the particles [kg].
+#[inline(always)]
+pub fn sharing<const D: usize, const N: usize>(
+    masses: &[f64; WINDOW],
+    lines: &Lines,
+    own: &[f64; 8],
+    live: usize,
+) -> [f64; 8] {
+    let mut sharing = [1.0; 8];
+    for lane in 0..live {
+        let first = lines.first[lane] as usize;
+        let near = if N > 2 { 1 } else { 0 };
+        let (mut at, mut weight) = (first, 1.0);
+        for level in 3 - D..3 {
+            at += near * stride::<D>(level);
+            weight *= lines.weight[level][near][lane];
+        }
+        // Mostly one node tells: the rest of the sum is no less than the particle's own.
+        let alone = own[lane] * lines.own[lane];
+        if weight * (masses[at] - own[lane] * weight) > 2e-9 * alone {
+            continue;
+        }
+        let mut sum = 0.0;
+        for i in 0..count::<D, N>(0) {
+            for j in 0..count::<D, N>(1) {
+                let weight = lines.weight[0][i][lane] * lines.weight[1][j][lane];
+                for k in 0..N {
+                    let at = first + i * stride::<D>(0) + j * stride::<D>(1) + k;
+                    // A kernel narrower than N nodes sees nothing of the last ones, whatever was left there.
+                    if lines.weight[2][k][lane] > 0.0 && weight > 0.0 {
+                        sum += weight * lines.weight[2][k][lane] * masses[at];
+                    }
+                }
+            }
+        }
+        sharing[lane] = if alone * (1.0 + 1e-9) < sum { 1.0 } else { 0.0 };
+    }
+    sharing
 }

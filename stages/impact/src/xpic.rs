@@ -9,7 +9,7 @@ use crate::grid::{Grid, Shared, clear_window, see_mean};
 use crate::step::Setting;
 use crate::store::{Site, Store};
 use crate::task::{Crew, Desk, Task};
-use crate::transfer::{By, Square, gather, spread};
+use crate::transfer::{By, gather, spread};
 use hvi_kit::lanes::Eight;
 
 /// Fills in what each particle's velocity loses (`extra` of its group) and the heat of it but for the part with the acceleration, for
@@ -68,7 +68,12 @@ impl<const D: usize> Task<D> for Give<'_, D> {
         let origin = site.origin();
         for group in &site.groups {
             for (k, pack) in group.packs.iter().enumerate() {
-                lines.fill::<R, D, N>(&pack.position, &origin, self.setting.method.kernel, self.setting.cell);
+                lines.fill::<R, D, N, false, false>(
+                    &pack.position,
+                    &origin,
+                    self.setting.method.kernel,
+                    self.setting.cell,
+                );
                 let given = if self.of_extra { &group.extra[k] } else { &pack.velocity };
                 let mut columns = [R::of(0.0); 4];
                 for c in 0..D {
@@ -107,7 +112,7 @@ struct Remainder<'a, const D: usize> {
 impl<const D: usize> Task<D> for Remainder<'_, D> {
     #[inline(always)]
     fn run<R: Eight, const N: usize>(&self, site: &mut Site<D>, desk: &mut Desk) {
-        let Desk { lines, windows, quads, sums, .. } = desk;
+        let Desk { lines, windows, sums, .. } = desk;
         let sums = &mut sums[0];
         see_mean(site, self.grid, self.cut, &mut windows[0]);
         let origin = site.origin();
@@ -115,26 +120,25 @@ impl<const D: usize> Task<D> for Remainder<'_, D> {
             for k in 0..group.packs.len() {
                 let live = group.live(k);
                 let (pack, extra) = (&mut group.packs[k], &mut group.extra[k]);
-                lines.fill::<R, D, N>(&pack.position, &origin, self.setting.method.kernel, self.setting.cell);
-                let mut columns = [R::of(0.0); 4];
-                for c in 0..D {
-                    columns[c + 1] = R::load(&extra[c]);
-                }
-                R::transposed(columns, &mut quads[0]);
+                lines.fill::<R, D, N, false, false>(
+                    &pack.position,
+                    &origin,
+                    self.setting.method.kernel,
+                    self.setting.cell,
+                );
                 for lane in 0..live {
-                    gather::<R, D, N>(&windows[0], lines, lane, By::Moment, Square::Field, &quads[0], &NONE, sums);
-                    let mut left = 0.0;
+                    gather::<R, D, N, false, false>(&windows[0], lines, lane, sums);
+                    let (mut left, mut apart) = (0.0, sums.mean[lane][0]);
                     for c in 0..D {
-                        extra[c][lane] = -sums.mean[lane][c + 1];
+                        let (before, mean) = (extra[c][lane], sums.mean[lane][c + 1]);
+                        extra[c][lane] = before - mean;
                         left += extra[c][lane] * extra[c][lane];
+                        apart += before * (before - 2.0 * mean);
                     }
                     let mass = pack.matter.mass[lane];
                     match self.books {
                         Books::Nothing => {}
-                        Books::Apart => {
-                            let [_, x, y, z] = sums.square[lane];
-                            pack.heat[lane] = mass * (x + y + z);
-                        }
+                        Books::Apart => pack.heat[lane] = mass * apart,
                         Books::Left => pack.heat[lane] = mass * left,
                     }
                     if self.is_last {

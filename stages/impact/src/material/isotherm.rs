@@ -35,14 +35,14 @@ impl Isotherm {
     pub fn energy<R: Eight>(&self, ratio: R) -> R {
         let scale = INTERVALS as f64 / (RANGE[1] - RANGE[0]);
         let place = ratio.plus(-RANGE[0]).times(scale).at_least(0.0).at_most(INTERVALS as f64);
-        let (mut places, mut energy) = ([0.0; 8], [0.0; 8]);
+        let (mut places, mut cubics, mut shares) = ([0.0; 8], [[0.0; 4]; 8], [0.0; 8]);
         place.store(&mut places);
         for lane in 0..8 {
             let i = (places[lane] as usize).min(INTERVALS - 1);
-            let (share, [a, b, c, d]) = (places[lane] - i as f64, self.cubics[i]);
-            energy[lane] = a + share * (b + share * (c + share * d));
+            (cubics[lane], shares[lane]) = (self.cubics[i], places[lane] - i as f64);
         }
-        R::load(&energy)
+        let ([a, b, c, d], share) = (R::columns(&cubics), R::load(&shares));
+        a + share * (b + share * (c + share * d))
     }
 }
 

@@ -78,9 +78,20 @@ impl JohnsonCook {
     /// end of the step: `trial - 3 G x = Y(strain + x, x / dt)`, with shear modulus `shear` G [Pa]. 0 where the trial lies on or
     /// below `first`, Y at the start and the reference rate [Pa].
     ///
+    /// With it comes `A + B ep^n` at the end [Pa], `hardened` where nothing happens.
+    ///
     /// Newton's rule inside a bracket; the left side falls and the right one rises with x, so the root is single.
     #[inline(always)]
-    pub fn plastic_increment<R: Real>(&self, trial: R, strain: R, first: R, dt: f64, softening: R, shear: f64) -> R {
+    pub fn plastic_increment<R: Real>(
+        &self,
+        trial: R,
+        strain: R,
+        first: R,
+        dt: f64,
+        softening: R,
+        shear: f64,
+        mut hardened: R,
+    ) -> (R, R) {
         let (stiffness, zero, one) = (3.0 * shear, R::of(0.0), R::of(1.0));
         let (mut low, mut high) = (zero, trial.times(1.0 / stiffness));
         let mut x = (trial - first).times(1.0 / stiffness).at_least(0.0);
@@ -91,7 +102,7 @@ impl JohnsonCook {
                 break;
             }
             let total = strain + x;
-            let hardened = self.hardened(total);
+            hardened = self.hardened(total).where_less(zero, open, hardened);
             let factor = self.rate_factor(x.times(1.0 / dt));
             let excess = trial - x.times(stiffness) - hardened * factor * softening;
             low = x.where_less(zero, excess, low);
@@ -106,7 +117,7 @@ impl JohnsonCook {
             open = open * far.where_less(high.times(1e-15), high - low, zero);
             x = next.where_less(zero, open, x);
         }
-        x
+        (x, hardened)
     }
 }
 
@@ -152,10 +163,11 @@ mod tests {
                             if trial <= first {
                                 continue;
                             }
-                            let x = jc.plastic_increment(trial, strain, first, dt, softening, shear);
+                            let (x, hardened) = jc.plastic_increment(trial, strain, first, dt, softening, shear, 0.0);
                             let y = jc.flow_stress(strain + x, x / dt, softening);
                             let left = trial - 3.0 * shear * x;
                             assert!(x > 0.0 && (left - y).abs() <= 1e-9 * trial, "{trial} {strain} {dt}: {left} {y}");
+                            assert!((hardened / jc.hardened(strain + x) - 1.0).abs() < 1e-9);
                         }
                     }
                 }

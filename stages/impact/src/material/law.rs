@@ -204,11 +204,12 @@ impl Law {
         let mut left = solid;
         if bar.any_less(trial) {
             let jc = &self.johnson_cook;
-            let increment = jc.plastic_increment(trial, m.plastic_strain, bar, dt, m.softening, shear);
+            let (increment, hardened) =
+                jc.plastic_increment(trial, m.plastic_strain, bar, dt, m.softening, shear, m.hardened);
             let increment = increment.where_less(bar, trial, zero);
             left = (one - increment.times(3.0 * shear) / trial.at_least(f64::MIN_POSITIVE)) * solid;
             m.plastic_strain = m.plastic_strain + increment;
-            m.hardened = jc.hardened(m.plastic_strain);
+            m.hardened = hardened;
             if let Some(damage) = &self.damage {
                 let equivalent = (left * trial).max(trial.times(1e-6)).at_least(f64::MIN_POSITIVE);
                 let rate = increment.times(1.0 / (dt * jc.rate.si()));

@@ -153,6 +153,22 @@ impl Real for f64 {
     }
 }
 
+/// Has `x` brought to the processor's first cache, soon.
+#[inline(always)]
+pub fn prefetch<T>(x: &T) {
+    #[cfg(target_arch = "x86_64")]
+    {
+        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        let start = std::ptr::from_ref(x).cast::<i8>();
+        for line in 0..size_of::<T>().div_ceil(64) {
+            // SAFETY: a hint, which reads nothing; the address lies within `x`.
+            unsafe { _mm_prefetch::<_MM_HINT_T0>(start.add(64 * line)) };
+        }
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = x;
+}
+
 /// A piece of work on eight lanes. `run` and everything it calls must be `#[inline(always)]`, to be compiled for the processor.
 pub trait Work {
     /// Does it.
