@@ -13,7 +13,6 @@
 //! profile with a foot of heat ahead of it leaves less, and the heat conduction pays for a smaller viscosity.
 use crate::g2p::NONE;
 use crate::grid::{Grid, Shared, clear_window, see_heat};
-use crate::kernel::edge;
 use crate::step::Setting;
 use crate::store::{Group, Site, Store};
 use crate::task::{Crew, Desk, Task};
@@ -43,20 +42,13 @@ pub fn conduct<const D: usize>(
 fn mark<const D: usize>(store: &mut Store<D>, blocks: usize) -> bool {
     let mut active = vec![false; blocks];
     for site in store.sites.iter().flatten().filter(|site| site.conducts) {
-        homes(site).for_each(|home| active[home as usize] = true);
+        site.node_blocks().for_each(|block| active[block] = true);
     }
     for site in store.sites.iter_mut().flatten() {
-        let takes_part = homes(site).any(|home| active[home as usize]);
+        let takes_part = site.node_blocks().any(|block| active[block]);
         site.conducts = takes_part;
     }
     active.contains(&true)
-}
-
-/// Node blocks that a block of particles touches.
-fn homes<const D: usize>(site: &Site<D>) -> impl Iterator<Item = u32> {
-    let needed =
-        |corner: &usize| (0..D).all(|d| corner >> d & 1 == 0 || site.touched[d + 3 - D][1] as usize > edge::<D>());
-    (0..1usize << D).filter(needed).map(|corner| site.homes[corner])
 }
 
 /// Sums over particles: mass, heat, share.
@@ -113,7 +105,7 @@ impl<const D: usize> Task<D> for Take<'_, D> {
 
     #[inline(always)]
     fn run<R: Eight, const N: usize>(&self, site: &mut Site<D>, desk: &mut Desk) {
-        if !site.conducts {
+        if !(site.conducts && site.moves) {
             return;
         }
         let Desk { lines, windows, sums, .. } = desk;

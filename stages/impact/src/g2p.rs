@@ -42,6 +42,9 @@ impl<const D: usize> Task<D> for Update<'_, D> {
 
     #[inline(always)]
     fn run<R: Eight, const N: usize>(&self, site: &mut Site<D>, desk: &mut Desk) {
+        if !site.moves {
+            return;
+        }
         let method = &self.setting.method;
         let affine = method.transfer == Transfer::Apic;
         let own = site.reference();
@@ -49,7 +52,7 @@ impl<const D: usize> Task<D> for Update<'_, D> {
         let origin = site.origin();
         let zero = R::of(0.0);
         let mut accounts = Accounts { transfer: zero, viscous: zero, floored: zero, limited: zero };
-        let mut survey = Survey::<R, D>::new(site, self.frame);
+        let mut survey = Survey::<R, D>::new(site, self.frame, self.setting.quiet);
         for group in &mut site.groups {
             let law = &self.setting.laws[group.body as usize];
             if method.scheme.deforms_last() {

@@ -24,6 +24,9 @@ impl<const D: usize> Task<D> for Momentum<'_, D> {
 
     #[inline(always)]
     fn run<R: Eight, const N: usize>(&self, site: &mut Site<D>, desk: &mut Desk) {
+        if !site.gives {
+            return;
+        }
         let Desk { lines, windows, quads, .. } = desk;
         let method = &self.setting.method;
         let window = &mut windows[0];
@@ -80,11 +83,14 @@ impl<const D: usize> Task<D> for Force<'_, D> {
 
     #[inline(always)]
     fn run<R: Eight, const N: usize>(&self, site: &mut Site<D>, desk: &mut Desk) {
+        site.conducts = false;
+        if !site.moves {
+            return;
+        }
         let own = site.reference();
         see_velocity(site, self.grid, &own, &mut desk.windows[0], &mut desk.masses);
         clear_window(site, &mut desk.windows[1]);
         let origin = site.origin();
-        site.conducts = false;
         let mut conducts = false;
         for group in &mut site.groups {
             let law = &self.setting.laws[group.body as usize];

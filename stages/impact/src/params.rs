@@ -104,6 +104,10 @@ pub struct Params {
     /// What a run does where an effect that `effects = "auto"` left off passes its threshold after all: begin again with it, or stop.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub guard: Option<Guard>,
+    /// Whether matter that no wave has reached yet is left out of the steps: slower than 1e-9 of the impact speed, and under no more
+    /// stress than goes with that. Default: yes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sleep: Option<bool>,
     /// Tension cut-off with void opening. Default: of the materials that have a spall strength.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spall: Option<bool>,

@@ -54,7 +54,7 @@ impl<const D: usize> Task<D> for Deform<'_, D> {
                 see_mean(site, self.grid, self.cut, window);
             }
         }
-        let mut survey = Survey::<R, D>::new(site, self.frame);
+        let mut survey = Survey::<R, D>::new(site, self.frame, self.setting.quiet);
         let origin = site.origin();
         for group in &mut site.groups {
             let law = &setting.laws[group.body as usize];

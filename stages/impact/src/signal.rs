@@ -3,6 +3,7 @@ use crate::g2p::counted;
 use crate::kernel::{edge, first_node};
 use crate::material::Law;
 use crate::pack::Pack;
+use crate::particle::Matter;
 use crate::step::Setting;
 use crate::store::{Frame, Site, Store};
 use crate::task::{Crew, Desk, Task};
@@ -20,7 +21,7 @@ pub struct Signal {
 /// Has every block's particles looked at.
 pub fn listen<const D: usize>(store: &mut Store<D>, setting: &Setting<D>, crew: &mut Crew) -> Signal {
     let frame = store.frame();
-    crew.each(store, setting, &Listen { frame });
+    crew.each(store, setting, &Listen { frame, quiet: setting.quiet });
     fastest(store)
 }
 
@@ -34,12 +35,13 @@ pub fn fastest<const D: usize>(store: &Store<D>) -> Signal {
 
 struct Listen {
     frame: Frame,
+    quiet: f64,
 }
 
 impl<const D: usize> Task<D> for Listen {
     #[inline(always)]
     fn run<R: Eight, const N: usize>(&self, site: &mut Site<D>, _: &mut Desk) {
-        let mut survey = Survey::<R, D>::new(site, self.frame);
+        let mut survey = Survey::<R, D>::new(site, self.frame, self.quiet);
         for group in &site.groups {
             for (k, pack) in group.packs.iter().enumerate() {
                 survey.see(pack, group.live(k));
@@ -52,7 +54,9 @@ impl<const D: usize> Task<D> for Listen {
 /// A look at the particles of a block, pack by pack.
 pub struct Survey<R, const D: usize> {
     frame: Frame,
+    quiet: f64,
     origin: [f64; D],
+    stirred: R,
     speed: R,
     square: R,
     low: [R; D],
@@ -61,12 +65,12 @@ pub struct Survey<R, const D: usize> {
 }
 
 impl<R: Eight, const D: usize> Survey<R, D> {
-    /// Nothing seen yet.
+    /// Nothing seen yet; `quiet` [m/s] is that of [`Setting`].
     #[inline(always)]
-    pub fn new(site: &Site<D>, frame: Frame) -> Self {
+    pub fn new(site: &Site<D>, frame: Frame, quiet: f64) -> Self {
         let zero = R::of(0.0);
         let (low, high) = ([R::of(f64::INFINITY); D], [zero; D]);
-        Survey { frame, origin: site.origin(), speed: zero, square: zero, low, high, left: zero }
+        Survey { frame, quiet, origin: site.origin(), stirred: zero, speed: zero, square: zero, low, high, left: zero }
     }
 
     /// The first `live` of a pack.
@@ -89,6 +93,8 @@ impl<R: Eight, const D: usize> Survey<R, D> {
             place[d] = at;
         }
         self.square = self.square.max(sum * counted);
+        let stirred = R::of(1.0) - self.rests(&pack.matter.load(), sum);
+        self.stirred = self.stirred.max(stirred * counted);
         self.left = self.left.max(outside * counted);
         let stays = counted - outside;
         for d in 0..D {
@@ -98,10 +104,27 @@ impl<R: Eight, const D: usize> Survey<R, D> {
         }
     }
 
+    /// 1 where neither the speed, given its `square`, nor the pressure and the shear stress over `rho c` are as much as the quiet
+    /// velocity, else 0; nothing rests where that is 0.
+    #[inline(always)]
+    fn rests(&self, m: &Matter<R>, square: R) -> R {
+        let (zero, one, most) = (R::of(0.0), R::of(1.0), R::of(self.quiet * self.quiet));
+        let impedance = m.stiffness / m.sound_speed;
+        let mut shear = zero;
+        for s in m.stress {
+            shear = s.fused(s, shear);
+        }
+        let bound = impedance * impedance * most;
+        let slow = one.where_less(square, most, zero);
+        let free = one.where_less(m.unclamped * m.unclamped, bound, zero);
+        slow * free * one.where_less(shear, bound, zero)
+    }
+
     /// Notes what was seen at its block.
     #[inline(always)]
     pub fn keep(&self, site: &mut Site<D>) {
         site.signal = Signal { speed: self.speed.greatest(), velocity: self.square.greatest().sqrt() };
+        site.stirred = self.stirred.greatest() > 0.0;
         site.left = self.left.greatest() > 0.0;
         for d in 0..D {
             let low = -(R::of(0.0) - self.low[d]).greatest();

@@ -94,6 +94,8 @@ impl Stage for ImpactStage {
 
 /// Times between the start and the end at which the ledger is kept.
 const ENTRIES: usize = 100;
+/// Matter slower than this times the impact speed, and under no more stress than goes with it, sleeps.
+const QUIET: f64 = 1e-9;
 /// Size of a particle in a snapshot [B].
 const KEPT: f64 = 51.0;
 
@@ -234,6 +236,9 @@ fn setting<const D: usize>(params: &Params, layout: &Layout, pieces: &[Piece<'_>
     setting.mirrors = std::array::from_fn(|d| all[d]);
     setting.has_gaps = pieces.len() > 2;
     (setting.cfl, setting.method) = (params.cfl, params.method());
+    if params.sleep.unwrap_or(true) {
+        setting.quiet = QUIET * params.velocity.si();
+    }
     setting
 }
 

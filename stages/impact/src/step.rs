@@ -33,6 +33,9 @@ pub struct Setting<const D: usize> {
     pub method: Method,
     /// Bodies meet in the course of the run: no particle may go further than `cfl` cells in a step.
     pub has_gaps: bool,
+    /// Velocity [m/s]: matter that is slower, and under no more stress than goes with it in a wave, sleeps until a neighbour
+    /// block's wakes it. The error in velocity is as much. 0: nothing sleeps.
+    pub quiet: f64,
     /// Threads that do the passes; the answer has the same bits for any number.
     pub threads: usize,
     /// Instruction set of the inner loops; the answer has the same bits on all.
@@ -53,6 +56,7 @@ impl<const D: usize> Setting<D> {
             cfl: 0.5,
             method: Method::default(),
             has_gaps: false,
+            quiet: 0.0,
             threads: 1,
             instructions: Instructions::best(),
             materials,
@@ -257,6 +261,7 @@ impl<const D: usize> State<D> {
         let fits = plain && task::fits::<D>() && !setting.instructions.is_portable();
         store.touch(if fits { method.kernel.nodes() } else { 4 });
         grid.lay_out(store, &setting.mirrors, setting.conductors());
+        store.wake(grid.blocks(), setting.quiet > 0.0 && plain);
         crew.each(store, setting, &Momentum { setting, field: Shared::new(&mut grid.start) });
         grid.fold_start();
         grid.find_velocities(cut);

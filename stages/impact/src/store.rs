@@ -44,6 +44,12 @@ pub struct Site<const D: usize> {
     pub signal: Signal,
     /// Whether heat is conducted here in this step.
     pub conducts: bool,
+    /// Whether some of its particles move or bear stress.
+    pub stirred: bool,
+    /// Whether its particles move in this step: it is stirred, or shares blocks of nodes with one that is.
+    pub moves: bool,
+    /// Whether its particles count at the nodes in this step: it shares blocks of nodes with one that moves.
+    pub gives: bool,
 }
 
 /// All particles.
@@ -133,8 +139,17 @@ impl<const D: usize> Site<D> {
         velocity
     }
 
+    /// Node blocks that its particles touch.
+    pub fn node_blocks(&self) -> impl Iterator<Item = usize> {
+        let needed = |corner: &usize| {
+            (0..D).all(|d| corner >> d & 1 == 0 || self.touched[d + 3 - D][1] as usize > kernel::edge::<D>())
+        };
+        (0..1usize << D).filter(needed).map(|corner| self.homes[corner] as usize)
+    }
+
     /// One more particle has its first node there, in cells from the start of the block.
     fn widen(&mut self, first: &[f64; D]) {
+        self.stirred = true;
         for d in 0..D {
             let [low, high] = &mut self.cells[d + 3 - D];
             (*low, *high) = ((*low).min(first[d] as u8), (*high).max(first[d] as u8));
@@ -263,6 +278,9 @@ impl<const D: usize> Store<D> {
                 booked: Booked::default(),
                 signal: Signal::default(),
                 conducts: false,
+                stirred: true,
+                moves: true,
+                gives: true,
             });
         }
         let (colour, seat) = self.seats[number as usize];
@@ -284,6 +302,26 @@ impl<const D: usize> Store<D> {
                 let [low, high] = site.cells[level];
                 site.touched[level] = [low, high + nodes as u8];
             }
+        }
+    }
+
+    /// Has all blocks move that are stirred or share one of `blocks` node blocks with one that is: what a wave has not reached
+    /// sleeps. Without `sleeps` all do.
+    pub fn wake(&mut self, blocks: usize, sleeps: bool) {
+        let (mut stirred, mut moved) = (vec![!sleeps; blocks], vec![!sleeps; blocks]);
+        for site in self.sites.iter().flatten().filter(|site| site.stirred) {
+            site.node_blocks().for_each(|block| stirred[block] = true);
+        }
+        for site in self.sites.iter_mut().flatten() {
+            let moves = site.node_blocks().any(|block| stirred[block]);
+            site.moves = moves;
+            if site.moves {
+                site.node_blocks().for_each(|block| moved[block] = true);
+            }
+        }
+        for site in self.sites.iter_mut().flatten() {
+            let gives = site.node_blocks().any(|block| moved[block]);
+            site.gives = gives;
         }
     }
 

@@ -13,15 +13,45 @@ pub struct Measured {
     pub scenes: Vec<Scene>,
 }
 
-/// Numbers that a particle-step of the default method in space needs at least: counted from the inner loops (64 nodes; 3 fields to the
-/// nodes, 9 sums back) and from what a particle keeps, read and written in each of four passes.
-const FLOPS: f64 = 5000.0;
-const BYTES: f64 = 2000.0;
+/// Operations of a particle's transfers in space with `n` nodes an axis, counted from the loops of `transfer.rs`: fused products of
+/// eight numbers (two nodes), two operations each.
+struct Transfers {
+    n: f64,
+    pairs: f64,
+}
+
+impl Transfers {
+    fn new(n: u32) -> Transfers {
+        Transfers { n: f64::from(n), pairs: f64::from(n.div_ceil(2)) }
+    }
+    /// `spread`: nodes, then planes, then rows; with what is linear in the place or without.
+    fn spread(&self, linear: bool) -> f64 {
+        let [nodes, planes, rows] = if linear { [2.0, 3.0, 4.0] } else { [1.0, 1.0, 1.0] };
+        (nodes * self.n * self.n + planes * self.n + rows) * self.pairs
+    }
+    /// `gather`: the mean, and `kinds` of the slopes and the moments.
+    fn gather(&self, kinds: f64) -> f64 {
+        ((1.0 + kinds) * self.n * self.n + (1.0 + 2.0 * kinds) * self.n + 1.0 + 3.0 * kinds) * self.pairs
+    }
+}
+
+/// Operations of a step's transfers of a particle: momentum to the grid, velocities back, forces to the grid, two velocities back, and
+/// with `heat` its conduction there and back.
+fn operations(nodes: u32, affine: bool, heat: bool) -> f64 {
+    let t = Transfers::new(nodes);
+    let more = f64::from(u8::from(affine));
+    let motion = t.spread(affine) + t.gather(1.0 + more) + t.spread(true) + t.gather(more) + t.gather(1.0);
+    16.0 * (motion + if heat { t.spread(false) + t.gather(0.0) } else { 0.0 })
+}
+
+/// Bytes that the passes of a step of the default method read and write of a particle in space, counted from what they load and
+/// store, in numbers: momentum 16; force 41, 10 back; heat 9, then 10 and 1 back; update 44, 38 back.
+const BYTES: f64 = 8.0 * (16.0 + 51.0 + 20.0 + 82.0);
 
 /// The page, in Markdown.
 pub fn text(m: &Measured) -> String {
     let mut out = String::from(
-        "# Speed of the material point method\n\nMade by `cargo bench -p hvi-impact -- --write docs/performance.md` on a machine with nothing else \
+        "# Speed of the material point method\n\nMade by `make performance`, best on a machine with nothing else \
          to do. CPU time on one core, f64, Johnson-Cook strength and damage, spall, GRAY, artificial viscosity, sorting included; \
          medians over steps.\n\n## The machine\n\n",
     );
@@ -32,10 +62,14 @@ pub fn text(m: &Measured) -> String {
     }
     let _ = writeln!(
         out,
-        "\nA cubic particle-step in space takes some {FLOPS} operations and {BYTES} B of memory traffic: at least {:.0} ns here by arithmetic, \
-         {:.0} ns by memory.\n\n## Methods\n\nTwo blocks of aluminium at 3 km/s, all particles in contact.\n\n\
-         | space | method | particles | ns a particle-step |\n|---|---|---|---|",
-        FLOPS / fastest,
+        "\nThe transfers of a particle-step in space take {:.0} operations with cubic weights and heat conduction, {:.0} with linear ones, \
+         counted from the loops: at least {:.0} and {:.0} ns here, to which the material's share comes. The particles of a cubic \
+         step are {BYTES} B of traffic: {:.0} ns where no cache holds them.\n\n## Methods\n\nTwo blocks of aluminium at 3 km/s, all \
+         particles in contact.\n\n| space | method | particles | ns a particle-step |\n|---|---|---|---|",
+        operations(4, true, true),
+        operations(2, false, false),
+        operations(4, true, true) / fastest,
+        operations(2, false, false) / fastest,
         BYTES / m.machine.memory
     );
     let space = |axes: usize| ["line", "plane", "space"][axes - 1];
@@ -56,17 +90,38 @@ pub fn text(m: &Measured) -> String {
             out,
             "\n## Scene S1 to 10 us\n\nAluminium sphere of 9.53 mm on 1.906 mm at 6.7 km/s, Mie-Grueneisen. The peer, MPM3D-F90, takes 66 to 86 s \
              linear and 123 s with B-splines for the full scene.\n\n\
-             | run | particles | steps | CPU time, s | ns a particle-step | leading 1 %, m/s | highest rho/rho0 |\n|---|---|---|---|---|---|---|"
+             Differences are from the full scene with the same method.\n\n\
+             | run | particles | steps | CPU time, s | ns a particle-step | leading .1 / 1 / 5 %, m/s | differences | highest rho/rho0 |\n\
+             |---|---|---|---|---|---|---|---|"
         );
     }
     for s in &m.scenes {
         let _ = writeln!(
             out,
-            "| {} | {} | {} | {:.2} | {:.0} | {:.0} | {:.3} |",
-            s.name, s.particles, s.steps, s.time, s.each, s.leading, s.compression
+            "| {} | {} | {} | {:.2} | {:.0} | {:.0} / {:.0} / {:.0} | {} | {:.3} |",
+            s.name,
+            s.particles,
+            s.steps,
+            s.time,
+            s.each,
+            s.leading[0],
+            s.leading[1],
+            s.leading[2],
+            differences(s, &m.scenes),
+            s.compression
         );
     }
     out
+}
+
+/// Of the leading velocities from those of the full scene with the same method [%].
+fn differences(s: &Scene, all: &[Scene]) -> String {
+    let method = |s: &Scene| s.name.contains("linear");
+    let Some(full) = all.iter().find(|other| method(other) == method(s)).filter(|full| full.name != s.name) else {
+        return "-".into();
+    };
+    let each = s.leading.iter().zip(full.leading).map(|(x, known)| format!("{:+.2} %", 100.0 * (x / known - 1.0)));
+    each.collect::<Vec<_>>().join(" / ")
 }
 
 /// Time a particle-step by number of particles, as SVG.

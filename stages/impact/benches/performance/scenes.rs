@@ -19,8 +19,8 @@ pub struct Scene {
     pub particles: usize,
     /// Steps.
     pub steps: u64,
-    /// Velocity of the leading 1 % of the projectile [m/s].
-    pub leading: f64,
+    /// Velocities of the leading .1, 1 and 5 % of the projectile [m/s].
+    pub leading: [f64; 3],
     /// Highest density over the initial one.
     pub compression: f64,
 }
@@ -39,7 +39,7 @@ fn run(name: &'static str, params: Value) -> (Scene, Impact) {
         each: 1e9 * time / (particles as f64 * end.step as f64),
         particles,
         steps: end.step,
-        leading: impact.leading[1],
+        leading: impact.leading,
         compression: end.highest_compression,
     };
     (scene, impact)
@@ -55,6 +55,7 @@ pub fn yardstick() -> Vec<Scene> {
         ("full, cubic APIC", common::s1("full", 3, "10 us")),
         ("full, linear FLIP", linear(common::s1("full", 3, "10 us"))),
         ("quarter, cubic APIC", common::s1("quarter", 3, "10 us")),
+        ("quarter, linear FLIP", linear(common::s1("quarter", 3, "10 us"))),
         ("(r, z), cubic APIC, 3 cells", common::s1("axisymmetric", 3, "10 us")),
         ("(r, z), cubic APIC, 12 cells", common::s1("axisymmetric", 12, "10 us")),
     ]
