@@ -75,29 +75,56 @@ fn in_the_plane() {
     });
 }
 
-/// On a line, with Mie-Grueneisen too.
-#[test]
-fn on_a_line() {
+/// A slab of aluminium on a slab of copper up to cell `end` after `steps` steps, both Mie-Grueneisen: all particles, by number.
+fn line(end: i32, steps: usize, change: &dyn Fn(&mut Setting<1>)) -> Vec<Particle<1>> {
     let law = |material: serde_json::Value| -> Law {
         let material: Material = serde_json::from_value(material).expect("a material");
         Law::new(&material, material.eos.clone(), Switches { strength: true, damage: true, spall: true })
     };
-    let run = |instructions: Instructions, threads: usize| {
-        let mut setting = Setting::<1>::new(1e-4, vec![law(aluminium()), law(copper())]);
-        (setting.instructions, setting.threads) = (instructions, threads);
-        let all = (-150..300).map(|i| {
-            let (body, density, v) = if i < 0 { (0, 2703.0, 3000.0) } else { (1, 8930.0, 0.0) };
-            Particle::new([(i as f64 + 0.5) * 5e-5], [v], density * 5e-5, 5e-5, (i + 150) as u32, body)
-        });
-        let mut state = State::new(all.collect(), &setting);
-        for _ in 0..200 {
-            state.step(&setting, 1.0).expect("a step");
-        }
-        state.particles().collect::<Vec<_>>()
-    };
-    let known = run(Instructions::best(), 1);
-    for instructions in Instructions::all() {
-        assert!(run(instructions, 1) == known, "other bits on {}", instructions.name());
+    let mut setting = Setting::<1>::new(1e-4, vec![law(aluminium()), law(copper())]);
+    change(&mut setting);
+    let all = (-150..2 * end).map(|i| {
+        let (body, density, v) = if i < 0 { (0, 2703.0, 3000.0) } else { (1, 8930.0, 0.0) };
+        Particle::new([(i as f64 + 0.5) * 5e-5], [v], density * 5e-5, 5e-5, (i + 150) as u32, body)
+    });
+    let mut state = State::new(all.collect(), &setting);
+    for _ in 0..steps {
+        state.step(&setting, 1.0).expect("a step");
     }
-    assert!(run(Instructions::best(), 2) == known, "other bits with two threads");
+    let mut all: Vec<_> = state.particles().collect();
+    all.sort_by_key(|p| p.id);
+    all
+}
+
+/// On a line, with Mie-Grueneisen too.
+#[test]
+fn on_a_line() {
+    let known = line(150, 200, &|_| {});
+    for instructions in Instructions::all() {
+        let found = line(150, 200, &|setting| setting.instructions = instructions);
+        assert!(found == known, "other bits on {}", instructions.name());
+    }
+    assert!(line(150, 200, &|setting| setting.threads = 2) == known, "other bits with two threads");
+}
+
+/// Far behind the contact a long slab sleeps: it keeps its bits, and all others are as without sleep to a hundred times the quiet
+/// velocity, here 1e-9 of the impact speed; the far end of the copper, which the wave does reach, has woken.
+#[test]
+fn what_no_wave_has_reached_sleeps() {
+    let quiet = 3e-6;
+    for (steps, end_sleeps) in [(150, true), (1400, false)] {
+        let with = line(250, steps, &|setting| setting.quiet = quiet);
+        let without = line(250, steps, &|_| {});
+        let asleep = with.iter().filter(|p| p.velocity == [0.0]).count();
+        assert_eq!(asleep > 150, end_sleeps, "{asleep}");
+        assert_eq!(with[649].velocity == [0.0], end_sleeps);
+        for (a, b) in with.iter().zip(&without) {
+            let apart = (a.velocity[0] - b.velocity[0]).abs();
+            assert!(apart <= 100.0 * quiet, "particle {}: {apart} m/s", a.id);
+            assert!((a.energy - b.energy).abs() <= 1e-9 * 3000.0 * 3000.0 * 100.0, "particle {}", a.id);
+        }
+    }
+    let known = line(250, 100, &|setting| setting.quiet = quiet);
+    let threads = line(250, 100, &|setting| (setting.quiet, setting.threads) = (quiet, 3));
+    assert!(known == threads, "other bits with three threads");
 }
