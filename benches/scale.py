@@ -139,7 +139,7 @@ named in one line, and the run goes on without."""
 def main():
     parser = arguments(__doc__)
     parser.add_argument("--nodes", type=int, default=1000, help="of the arrays of short nodes")
-    parser.add_argument("--cells", type=int, default=26, help="of the impact that takes longer than its jobs may")
+    parser.add_argument("--cells", type=int, default=56, help="of the impact that takes longer than its jobs may")
     args = parser.parse_args()
     work = Path(tempfile.mkdtemp(prefix="hvi-scale-"))
     work.chmod(0o755)
