@@ -1,6 +1,6 @@
 //! Grid to particles: velocity, affine field and position (step 4 of the method), then volume, stress, energy and
 //! equation of state (steps 5 to 7).
-use crate::grid::{Grid, see_end};
+use crate::grid::{Grid, see_blend, see_end};
 use crate::material::{Answer, HalfStep, Law};
 use crate::method::{Scheme, Transfer};
 use crate::p2g::full_gradient;
@@ -48,7 +48,13 @@ impl<const D: usize> Task<D> for Update<'_, D> {
         let method = &self.setting.method;
         let affine = method.transfer == Transfer::Apic;
         let own = site.reference();
-        see_end(site, self.grid, !affine, &own, &mut desk.windows);
+        let blends = method.transfer == Transfer::Aflip;
+        if blends {
+            see_blend(site, self.grid, self.dt, &own, &mut desk.windows);
+        } else {
+            let [end, middle, ..] = &mut *desk.windows;
+            see_end(site, self.grid, !affine, &own, end, middle);
+        }
         let origin = site.origin();
         let zero = R::of(0.0);
         let mut accounts = Accounts { transfer: zero, viscous: zero, floored: zero, limited: zero };
@@ -67,11 +73,18 @@ impl<const D: usize> Task<D> for Update<'_, D> {
                     let Desk { lines, windows, sums, .. } = &mut *desk;
                     let pack = &mut group.packs[k];
                     lines.fill::<R, D, N, true, true>(&pack.position, &origin, method.kernel, self.setting.cell);
-                    let [end, middle] = &mut *sums;
                     if live < 8 {
-                        (*end, *middle) = (Sums::NONE, Sums::NONE);
+                        *sums = [Sums::NONE; 4];
                     }
+                    let [end, middle, damped, still] = &mut *sums;
                     for lane in 0..live {
+                        if blends {
+                            gather::<R, D, N, false, true>(&windows[0], lines, lane, end);
+                            gather::<R, D, N, true, true>(&windows[1], lines, lane, middle);
+                            gather::<R, D, N, false, true>(&windows[2], lines, lane, damped);
+                            gather::<R, D, N, false, false>(&windows[3], lines, lane, still);
+                            continue;
+                        }
                         // Linear weights know no affine motion.
                         if N > 2 {
                             gather::<R, D, N, false, true>(&windows[0], lines, lane, end);
@@ -104,7 +117,7 @@ impl<const D: usize> Update<'_, D> {
         live: usize,
         law: &Law,
         own: &[f64; 3],
-        at: &[Sums; 2],
+        at: &[Sums; 4],
         accounts: &mut Accounts<R>,
     ) {
         let (setting, zero, one) = (self.setting, R::of(0.0), R::of(1.0));
@@ -134,6 +147,7 @@ impl<const D: usize> Update<'_, D> {
         }
         let heat = match setting.method.transfer {
             Transfer::Apic => self.adopt::<R>(pack, &m, own, &at[0]),
+            Transfer::Aflip => self.blend::<R>(pack, &m, own, at),
             Transfer::Flip | Transfer::Xpic { .. } => self.accelerate::<R>(pack, &m, extra.as_deref(), &at[0]),
         };
         match extra {
@@ -196,6 +210,44 @@ impl<const D: usize> Update<'_, D> {
             }
         }
         R::load(&pack.heat) + (m.mass * (mean[0] - held)).times(0.5)
+    }
+
+    /// Adds to the velocity the grid's change a of it less the damped share s of `r = u - v`, u the particle's own affine motion and v the
+    /// grid's, and takes over the affine field of the grid's end e = v + a. With the sums of [`see_blend`], returns the heat [J]: what the
+    /// kinetic energy (affine included) and the work of the forces have lost, up to `sum w s e.r`, which is nothing over all
+    /// particles of a node,
+    /// `m (sum w [a^2 / 2 + s (u_0 - e).r + u_1.r] - |change of velocity|^2 / 2 - D |change of C|^2 / 2)`, with `u = u_0 + u_1 = v_p + C (x_i - x)`.
+    #[inline(always)]
+    fn blend<R: Eight>(&self, pack: &mut Pack<D>, m: &Matter<R>, own: &[f64; 3], at: &[Sums; 4]) -> R {
+        let moment = self.setting.method.moment(self.setting.cell);
+        let [end, middle, damped, still] = [0, 1, 2, 3].map(|k| R::columns(&at[k].mean));
+        let mut heat = middle[0] + end[0];
+        let mut apart = [R::of(0.0); D];
+        for c in 0..D {
+            apart[c] = (R::load(&pack.velocity[c]).plus(-own[c])) * damped[0] - still[c + 1];
+        }
+        for d in 0..D {
+            let level = d + 3 - D;
+            let [end, middle, damped] = [0, 1, 2].map(|k| R::columns(&at[k].moment[level]));
+            for c in 0..D {
+                let old = R::load(&pack.affine[c][d]);
+                apart[c] = old.fused(damped[0], apart[c]);
+                let start = middle[c + 1].times(2.0) - end[c + 1];
+                heat = old.fused(old.times(moment) - start - damped[c + 1], heat);
+                let new = end[c + 1].times(1.0 / moment);
+                let change = new - old;
+                heat = heat - (change * change).times(0.5 * moment);
+                new.store(&mut pack.affine[c][d]);
+            }
+        }
+        for c in 0..D {
+            let v = R::load(&pack.velocity[c]);
+            let change = (end[c + 1] - middle[c + 1]).times(2.0) - apart[c];
+            heat = v.plus(-own[c]).fused(apart[c] - damped[c + 1], heat);
+            heat = heat - (change * change).times(0.5);
+            (v + change).store(&mut pack.velocity[c]);
+        }
+        R::load(&pack.heat) + m.mass * heat
     }
 
     /// Adds the grid's change of velocity less what is damped; returns the heat [J]: what was damped, and the grid's motion that the

@@ -333,7 +333,8 @@ pub fn see_end<const D: usize>(
     grid: &Grid<D>,
     change_only: bool,
     own: &[f64; 3],
-    [end, middle]: &mut [Window; 2],
+    end: &mut Window,
+    middle: &mut Window,
 ) {
     rows!(site, |row| {
         let sums = grid.start[row.grid..].iter().zip(&grid.force[row.grid..]).take(row.length);
@@ -347,6 +348,40 @@ pub fn see_end<const D: usize>(
             }
             middle[0] = 0.0;
             *end = with_square(last);
+        }
+    });
+}
+
+/// Fills windows for [`crate::method::Transfer::Aflip`]: with v the velocity at the start of a step of `dt` [s] less `own`, a its change, e = v + a and
+/// s the share of damping, `[s e.v, e]`, `[a^2 / 2, v + a / 2]`, `[s, s e]` and `[0, s v]`.
+#[inline(always)]
+pub fn see_blend<const D: usize>(
+    site: &Site<D>,
+    grid: &Grid<D>,
+    dt: f64,
+    own: &[f64; 3],
+    [end, middle, damped, still]: &mut [Window; 4],
+) {
+    let per_step = 1.0 / dt;
+    rows!(site, |row| {
+        let sums = grid.start[row.grid..].iter().zip(&grid.force[row.grid..]).take(row.length);
+        for (k, (start, change)) in sums.enumerate() {
+            let (at, share) = (row.window + k, change[0] * per_step);
+            let (mut product, mut square) = (0.0, 0.0);
+            for c in 0..3 {
+                let (v, a) = (start[c + 1] - own[c], change[c + 1]);
+                let e = v + a;
+                product += e * v;
+                square += a * a;
+                end.0[at][c + 1] = e;
+                middle.0[at][c + 1] = v + 0.5 * a;
+                damped.0[at][c + 1] = share * e;
+                still.0[at][c + 1] = share * v;
+            }
+            end.0[at][0] = share * product;
+            middle.0[at][0] = 0.5 * square;
+            damped.0[at][0] = share;
+            still.0[at][0] = 0.0;
         }
     });
 }

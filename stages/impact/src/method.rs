@@ -10,6 +10,10 @@ pub enum Transfer {
     /// Affine: velocity and its gradient field from the grid (Jiang, Schroeder & Teran 2017). Needs a quadratic or cubic kernel.
     #[default]
     Apic,
+    /// Affine, with the particle's own velocity plus the grid's acceleration, less what it has apart from the grid times a share of damping:
+    /// all of it in shocks, little elsewhere (after Y. Fei, Q. Guo, R. Wu, L. Huang & M. Gao, ACM Trans. Graph. 40, 109 (2021), whose share
+    /// is one number; here it is a mean over the nodes, so that momentum is kept). Needs a quadratic or cubic kernel.
+    Aflip,
     /// The particle's own velocity plus the grid's acceleration (Brackbill & Ruppel 1986): no dissipation, noise stays.
     Flip,
     /// FLIP less what `order` passes to the grid and back leave of the velocity (Hammerquist & Nairn 2017): 1 is PIC.
@@ -79,19 +83,17 @@ impl Method {
     #[inline(always)]
     pub fn moment(&self, cell: f64) -> f64 {
         match self.transfer {
-            Transfer::Apic => self.kernel.moment() * cell * cell,
+            Transfer::Apic | Transfer::Aflip => self.kernel.moment() * cell * cell,
             _ => 0.0,
         }
     }
 
     /// What can't be combined: the key and why.
     pub fn fault(&self) -> Option<(&'static str, String)> {
-        if self.transfer == Transfer::Apic && self.kernel.moment() == 0.0 {
-            return Some((
-                "transfer",
-                format!("is apic, which needs kernel = \"quadratic\" or \"cubic\", not {:?}", self.kernel)
-                    .to_lowercase(),
-            ));
+        if matches!(self.transfer, Transfer::Apic | Transfer::Aflip) && self.kernel.moment() == 0.0 {
+            let (transfer, kernel) = (self.transfer, self.kernel);
+            let why = format!("is {transfer:?}, which needs kernel = \"quadratic\" or \"cubic\", not {kernel:?}");
+            return Some(("transfer", why.to_lowercase()));
         }
         match self.transfer {
             Transfer::Xpic { order } if !(1..=8).contains(&order) => {

@@ -152,7 +152,7 @@ impl<const D: usize> Force<'_, D> {
         (one - shared).store(&mut pack.alone);
         match setting.method.transfer {
             Transfer::Apic => self.left_behind::<R>(pack, own, at).store(&mut pack.heat),
-            Transfer::Flip => pack.heat = [0.0; 8],
+            Transfer::Flip | Transfer::Aflip => pack.heat = [0.0; 8],
             Transfer::Xpic { .. } => {}
         }
         let across = D.min(2) - 1;
@@ -177,6 +177,9 @@ impl<const D: usize> Force<'_, D> {
         if setting.axisymmetric {
             let radius = R::load(&pack.position[D - 1]).at_least(setting.least_radius());
             constant[D.min(2)] = full[2] / radius;
+        }
+        if setting.method.transfer == Transfer::Aflip {
+            constant[0] = m.mass * law.damping(&m, m.divergence, self.dt, setting.cell);
         }
         R::transposed(constant, &mut pull[0]);
         const PLACE: [[usize; 3]; 3] = [[0, 3, 5], [3, 1, 4], [5, 4, 2]];

@@ -48,7 +48,10 @@ impl<const D: usize> Task<D> for Deform<'_, D> {
             Scheme::Midpoint | Scheme::Usf => {
                 see_velocity(site, self.grid, &own, window, &mut desk.masses);
             }
-            Scheme::Usl => see_end(site, self.grid, false, &own, &mut desk.windows),
+            Scheme::Usl => {
+                let [end, middle, ..] = &mut *desk.windows;
+                see_end(site, self.grid, false, &own, end, middle);
+            }
             Scheme::Musl => {
                 own = [0.0; 3];
                 see_mean(site, self.grid, self.cut, window);

@@ -3,6 +3,7 @@ use crate::bodies::{Piece, pieces};
 use crate::effects::{self, Guard, Plan, Watch};
 use crate::fault;
 use crate::material::{Law, Material, Switches};
+use crate::method::Transfer;
 use crate::params::{Params, SpaceChoice};
 use crate::probes::Following;
 use crate::result::{Body, Crossing, Impact, Ledger, Snapshot};
@@ -316,6 +317,9 @@ fn notes<const D: usize>(
     notes
 }
 
+/// Heat of the transfer beyond which another transfer is advised, in percent of the initial kinetic energy.
+const WARM: f64 = 5.0;
+
 /// The grid, what became heat through it, and what of the result depends on that.
 fn resolution(params: &Params, layout: &Layout, entries: &[Ledger]) -> String {
     let across = if layout.diameter.is_finite() {
@@ -324,11 +328,16 @@ fn resolution(params: &Params, layout: &Layout, entries: &[Ledger]) -> String {
         String::new()
     };
     let percent = |heat: fn(&Ledger) -> f64| 100.0 * entries.last().map_or(0.0, heat) / entries[0].kinetic;
+    let advice = if params.transfer == Transfer::Apic && percent(|l| l.transfer) > WARM {
+        " With transfer = \"aflip\" less becomes heat in the transfer."
+    } else {
+        ""
+    };
     format!(
         "{} cells of {:.4} mm through the thinner body{across}, {} particles a cell and axis. Of the initial kinetic energy \
          {:.1} % became heat in the transfer between particles and grid, {:.1} % in artificial viscosity. The melted share \
          holds this heat: it falls as the cells across the projectile grow in number, and rises as cfl falls ({} here), since \
-         more steps transfer more often. Compare runs of the same cells across and cfl, or extrapolate.",
+         more steps transfer more often. Compare runs of the same cells across and cfl, or extrapolate.{advice}",
         params.cells,
         layout.cell * 1e3,
         params.particles,

@@ -257,7 +257,7 @@ impl<const D: usize> State<D> {
         let State { store, grid, crew, contact, .. } = self;
         // Passes of any but the plain method take four nodes an axis.
         let plain = method.scheme == Scheme::Midpoint && method.friction.is_none();
-        let plain = plain && matches!(method.transfer, Transfer::Apic | Transfer::Flip);
+        let plain = plain && matches!(method.transfer, Transfer::Apic | Transfer::Aflip | Transfer::Flip);
         let fits = plain && task::fits::<D>() && !setting.instructions.is_portable();
         store.touch(if fits { method.kernel.nodes() } else { 4 });
         grid.lay_out(store, &setting.mirrors, setting.conductors());

@@ -22,12 +22,12 @@ pub trait Task<const D: usize>: Sync {
 pub struct Desk {
     /// Weights of a pack.
     pub lines: Lines,
-    /// Nodes around a block, in up to two fields.
-    pub windows: Box<[Window; 2]>,
+    /// Nodes around a block, in up to four fields.
+    pub windows: Box<[Window; 4]>,
     /// Masses of the first [kg].
     pub masses: Box<[f64; WINDOW]>,
-    /// Sums of a pack, for up to two fields.
-    pub sums: [Sums; 2],
+    /// Sums of a pack, for up to four fields.
+    pub sums: [Sums; 4],
     /// What eight particles give or compare, a quad each: constant parts, and columns by level.
     pub quads: [Quads; 4],
     /// Specific volumes [m3/kg] and energies [J/kg] of a group.
@@ -42,9 +42,9 @@ impl Desk {
     fn new() -> Desk {
         Desk {
             lines: Lines::default(),
-            windows: Box::new([CLEAR; 2]),
+            windows: Box::new([CLEAR; 4]),
             masses: Box::new([0.0; WINDOW]),
-            sums: [Sums::NONE; 2],
+            sums: [Sums::NONE; 4],
             quads: [[[0.0; 4]; 8]; 4],
             volume: Vec::new(),
             energy: Vec::new(),

@@ -67,6 +67,7 @@ fn in_space() {
 fn in_the_plane() {
     same_bits::<2>("axisymmetric", 60, &|_| {});
     same_bits::<2>("axisymmetric", 30, &|setting| setting.method.friction = Some(0.2));
+    same_bits::<2>("axisymmetric", 30, &|setting| setting.method.transfer = Transfer::Aflip);
     same_bits::<2>("axisymmetric", 30, &|setting| {
         (setting.method.kernel, setting.method.transfer) = (Kernel::Linear, Transfer::Flip);
     });

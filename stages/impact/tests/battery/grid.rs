@@ -187,7 +187,7 @@ fn vortex(kernel: Kernel, transfer: Transfer, cells: usize, steps: usize) -> f64
         state.alter(|p| {
             let b = body(&p.position, t);
             (0..2).for_each(|c| p.velocity[c] += dt * b[c]);
-            for e in 0..if transfer == Transfer::Apic { 2 } else { 0 } {
+            for e in 0..if matches!(transfer, Transfer::Apic | Transfer::Aflip) { 2 } else { 0 } {
                 let (mut low, mut high) = (p.position, p.position);
                 (low[e], high[e]) = (low[e] - d, high[e] + d);
                 let (low, high) = (body(&low, t), body(&high, t));
@@ -233,7 +233,10 @@ pub fn order_rows(cells: [usize; 2]) -> Vec<Row> {
     let pair = format!("vortex, {} and {} cells a metre", cells[0], cells[1]);
     let (flip, error) = order(Kernel::Quadratic, Transfer::Flip, cells.map(|n| 5 * n));
     let (affine, smooth) = order(Kernel::Cubic, Transfer::Apic, cells.map(|n| 5 * n));
+    let (both, mixed) = order(Kernel::Cubic, Transfer::Aflip, cells.map(|n| 5 * n));
     vec![
+        Row::reported(case, format!("{pair}: order, cubic, AFLIP"), both, ""),
+        Row::reported(case, format!("{pair}: relative error of the displacement, cubic, AFLIP"), mixed, ""),
         Row::least(case, format!("{pair}: order, quadratic, FLIP"), flip, "", 1.8),
         Row::reported(case, format!("{pair}: relative error of the displacement, quadratic, FLIP"), error, ""),
         Row::reported(case, format!("{pair}: order, cubic, APIC"), affine, ""),

@@ -41,7 +41,7 @@ fn standing_wave(cells: usize, shear: bool, method: Method) -> (f64, f64, f64) {
     let shape = |id: u32| sin(0.5 * PI * (id as f64 + 0.5) / n as f64);
     let particles = (0..n).map(|i| {
         let mut p = Particle::new([(i as f64 + 0.5) * h], [shape(i as u32)], 2703.0 * h, h, i as u32, 0);
-        if method.transfer == Transfer::Apic {
+        if matches!(method.transfer, Transfer::Apic | Transfer::Aflip) {
             p.affine[0][0] = 0.5 * PI / length * sin(0.5 * PI * (1.0 - (i as f64 + 0.5) / n as f64));
         }
         p
