@@ -18,6 +18,7 @@ pub mod shell;
 pub mod stages;
 pub mod status;
 pub mod tradeoff;
+use crate::choose;
 use crate::mistake::Mistake;
 use crate::pipeline::{self, Pipeline};
 use crate::plan::Plan;
@@ -66,7 +67,14 @@ impl StudyArgs {
     /// # Errors
     /// [`Mistake`] where the pipeline can't be used.
     pub fn read(&self, only: &[String]) -> Result<(Pipeline, Plan), Mistake> {
-        let pipeline = pipeline::read(&self.pipeline, &self.set)?;
+        let mut pipeline = pipeline::read(&self.pipeline, &self.set)?;
+        if !pipeline.choose.0.is_empty() {
+            let store = self.store().map_err(|stop| match stop {
+                Stop::Mistake(mistake) => mistake,
+                Stop::Machine(why) => Mistake::new(why),
+            })?;
+            pipeline = choose::settled(pipeline, &self.set, &store)?;
+        }
         let plan = crate::plan::plan(&pipeline, only)?;
         Ok((pipeline, plan))
     }

@@ -25,6 +25,7 @@
 //! | `events.rs`, `console.rs` | what happens, and how it is shown |
 //! | `outputs.rs`, `report.rs`, `report.html`, `figure.rs`, `hdf5_table.rs`, `hdf5_file.rs`, `extended_xyz.rs`, `vtkhdf.rs` | what people get: page, CSV, SVG, PNG, HDF5, XYZ, VTKHDF |
 //! | `tradeoff.rs` | `[tradeoff.NAME]`: sets of runs, joined with what they cost |
+//! | `choose.rs` | `[choose.NAME]`: settings by the error or the time asked for, from a measured front |
 //! | `amount.rs`, `named_file.rs` | times and sizes as people write them; files that they name |
 //! | `watch.rs` | the page of a study that runs, on this machine's own address |
 //! | `ro_crate.rs` | where exported results come from, for other programs |
@@ -37,6 +38,7 @@
 //! Glossary: *step*, a `[step.NAME]` of a pipeline; *point*, one combination of a step's sweep; *node*, one computation;
 //! *port*, a named input of a stage; *recipe*, what identifies a computation; *record*, what came of it.
 pub mod amount;
+pub mod choose;
 pub mod cli;
 pub mod commands;
 pub mod console;

@@ -3,6 +3,7 @@
 //! Made from the store alone. A manifest keeps the digest of each file: when nothing changed nothing is written, and a
 //! file edited by hand is put back. A file whose size, times and inode are those that were noted is not read again,
 //! unless it was written so shortly before it was noted that its clock may not have ticked since.
+use crate::choose::Choice;
 use crate::execute::{Outcome, Report};
 use crate::mistake::Mistake;
 use crate::pipeline::Pipeline;
@@ -171,7 +172,7 @@ pub fn write(pipeline: &Pipeline, plan: &Plan, run: &Report, store: &Store, fold
         writer.step(&step.name, &points)?;
         steps.push(shown(plan, step, points));
     }
-    let study_page = Title::of(pipeline).study(steps, run.seconds);
+    let study_page = Title::of(pipeline).study(plan, run, steps);
     writer.file(PAGE, report::render(&study_page).as_bytes())?;
     for (name, seen) in std::mem::take(&mut writer.old) {
         if let Entry::Vacant(entry) = writer.files.entry(name) {
@@ -205,16 +206,21 @@ pub struct Title {
     pub question: String,
     /// The command that makes it.
     pub command: String,
+    /// What its `[choose.NAME]` chose.
+    pub chosen: Vec<Choice>,
 }
 impl Title {
     /// That of `pipeline`.
     pub fn of(pipeline: &Pipeline) -> Title {
         let command = format!("hvi-flow run {}", pipeline.path.display());
-        Title { name: pipeline.name.clone(), question: pipeline.question.clone(), command }
+        let (name, question, chosen) = (pipeline.name.clone(), pipeline.question.clone(), pipeline.chosen.clone());
+        Title { name, question, command, chosen }
     }
 
-    fn study(&self, steps: Vec<Step>, seconds: f64) -> Study {
-        let (name, question, command) = (self.name.clone(), self.question.clone(), self.command.clone());
+    fn study(&self, plan: &Plan, run: &Report, steps: Vec<Step>) -> Study {
+        let (name, command, seconds) = (self.name.clone(), self.command.clone(), run.seconds);
+        let chosen = self.chosen.iter().map(|choice| choice.compared(plan, run));
+        let question = std::iter::once(self.question.clone()).chain(chosen).collect::<Vec<_>>().join("\n\n");
         Study { name, question, steps, seconds, command }
     }
 }
@@ -223,7 +229,7 @@ impl Title {
 pub fn study(title: &Title, plan: &Plan, run: &Report, store: &Store) -> (Study, Vec<String>) {
     let mut reader = Reader { plan, run, store, known: Briefs::new(), read: Briefs::new(), unreadable: Vec::new() };
     let steps = plan.steps.iter().map(|step| shown(plan, step, reader.points(step.nodes.clone()))).collect();
-    (title.study(steps, run.seconds), reader.unreadable)
+    (title.study(plan, run, steps), reader.unreadable)
 }
 
 fn shown(plan: &Plan, step: &PlannedStep, points: Vec<Point>) -> Step {

@@ -1,5 +1,6 @@
 //! A pipeline file as written: TOML -> steps with their sweeps, `include`, `--set` and `[material.NAME]` applied.
 use crate::amount;
+use crate::choose::Choice;
 use crate::mistake::{At, Mistake, Source};
 use crate::named_file;
 use crate::registry;
@@ -31,6 +32,10 @@ pub struct Pipeline {
     pub remarks: Vec<String>,
     /// The tables `[tradeoff.NAME]`, as written: see [`crate::tradeoff`].
     pub tradeoff: Table,
+    /// The tables `[choose.NAME]`, as written: see [`crate::choose`].
+    pub choose: Table,
+    /// What came of them, once they are settled.
+    pub chosen: Vec<Choice>,
 }
 
 /// `[run]`.
@@ -111,8 +116,9 @@ pub fn read(path: &Path, settings: &[String]) -> Result<Pipeline, Mistake> {
         let title = format!("{} gives the study the name `{name}`, which is no name for a folder", path.display());
         return Err(Mistake::new(title).help("call the file something that doesn't begin with a dot"));
     }
-    let (question, settings, tradeoff) = (raw.question, raw.settings, raw.tradeoff);
-    Ok(Pipeline { path: path.into(), name, question, steps, settings, remarks, tradeoff })
+    let (question, settings, tradeoff, choose) = (raw.question, raw.settings, raw.tradeoff, raw.choose);
+    let chosen = Vec::new();
+    Ok(Pipeline { path: path.into(), name, question, steps, settings, remarks, tradeoff, choose, chosen })
 }
 
 #[derive(Default)]
@@ -124,6 +130,7 @@ struct Raw {
     /// Files that were read to their end: one that several others include counts once.
     read: Vec<PathBuf>,
     tradeoff: Table,
+    choose: Table,
 }
 
 /// A `[material.NAME]`.
@@ -173,9 +180,10 @@ impl Raw {
                 }
                 "run" => self.run(value.table("[run]")?)?,
                 "tradeoff" => self.tradeoff.0.extend(value.table("[tradeoff.NAME]")?.0.iter().cloned()),
+                "choose" => self.choose.0.extend(value.table("[choose.NAME]")?.0.iter().cloned()),
                 other => {
                     let mistake = Mistake::new(format!("unknown table or key `{other}`")).at(&key.at, "not known here");
-                    return Err(mistake.nearest(other, ["step", "include", "material", "run", "tradeoff"]));
+                    return Err(mistake.nearest(other, ["step", "include", "material", "run", "tradeoff", "choose"]));
                 }
             }
         }

@@ -93,6 +93,23 @@ pub fn pipeline() -> Value {
                     },
                 },
             },
+            "choose": {
+                "type": "object",
+                "description": "Settings taken from a front that `hvi-flow tradeoff` measured.",
+                "additionalProperties": {
+                    "type": "object",
+                    "additionalProperties": false,
+                    "required": ["of", "front", "block", "quantity"],
+                    "properties": {
+                        "of": { "type": "array", "items": { "type": "string" }, "description": "Steps that get the front's setting." },
+                        "front": { "type": "string", "description": "The pipeline that measured it, relative to this file." },
+                        "block": { "type": "string", "description": "Its [tradeoff.NAME]." },
+                        "quantity": { "type": "string", "description": "What the error is of." },
+                        "accuracy": { "type": "string", "description": "The cheapest setting within this error, as in \"2 %\"." },
+                        "budget": { "type": "string", "description": "The most accurate setting within this CPU time, as in \"10 min\"." },
+                    },
+                },
+            },
             "material": materials,
             "run": {
                 "type": "object",

@@ -9,6 +9,7 @@ mod suite {
     pub mod browser;
     pub mod cache;
     pub mod chromium;
+    pub mod choose;
     pub mod commands;
     pub mod eos;
     pub mod faults;

@@ -138,6 +138,7 @@ pub fn run(args: &Args) -> Done {
         written = write(&report)?;
     }
     note(&store, &pipeline, &plan, &report);
+    pipeline.chosen.iter().for_each(|choice| warn(format_args!("{}", choice.compared(&plan, &report))));
     let counts = Counts::of(&report);
     match mode {
         Mode::Json => console::json(&Line::Run(counts.line(report.seconds))),

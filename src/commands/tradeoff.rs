@@ -1,6 +1,7 @@
 //! `tradeoff`: runs a study at several settings and shows what accuracy costs in time.
 use super::compare::cell;
 use super::{Done, Stop, run};
+use crate::choose;
 use crate::console::{say, warn};
 use crate::history::Last;
 use crate::mistake::Mistake;
@@ -76,9 +77,7 @@ pub fn run(args: &Args) -> Done {
 
 /// `2 %` as 0.02.
 fn percent(text: &str) -> Result<f64, Mistake> {
-    let number = text.trim().strip_suffix('%').and_then(|n| n.trim().parse::<f64>().ok());
-    let number = number.filter(|n| *n > 0.0 && *n < 100.0);
-    number.map(|n| n / 100.0).ok_or_else(|| Mistake::new(format!("--accuracy {text}: expected a share, as in \"2 %\"")))
+    choose::percent(text).ok_or_else(|| Mistake::new(format!("--accuracy {text}: expected a share, as in \"2 %\"")))
 }
 
 /// Says which setting reaches what was asked of the quantity `wanted`; exit code 2 where none does.
