@@ -197,14 +197,20 @@ fn choose(pipeline: &Pipeline, wish: &Wish<'_>, store: &Store) -> Result<Choice,
     let forecasts = forecast::forecast(&plan, store, &Last::of(store, &front.name));
     let missing = block.nodes.iter().filter(|&&id| forecasts[id].entry().is_none()).count();
     if missing > 0 {
-        let title = format!("the front of [choose.{}] isn't measured: {missing} of its {} runs are missing", wish.name, block.nodes.len());
+        let title = format!(
+            "the front of [choose.{}] isn't measured: {missing} of its {} runs are missing",
+            wish.name,
+            block.nodes.len()
+        );
         let help = format!("hvi-flow tradeoff {}", wish.front.display());
         return Err(Mistake::new(title).at(wish.at, "its results are not in the store").help(help));
     }
     let outcome = tradeoff::outcome(block, &plan, &forecasts, store)?;
     let Some(quantity) = outcome.quantities.iter().find(|q| q.name == wish.quantity.0) else {
         let mistake = Mistake::new(format!("[tradeoff.{}] has no quantity `{}`", block.name, wish.quantity.0));
-        return Err(mistake.at(wish.quantity.1, "here").nearest(wish.quantity.0, outcome.quantities.iter().map(|q| q.name)));
+        return Err(mistake
+            .at(wish.quantity.1, "here")
+            .nearest(wish.quantity.0, outcome.quantities.iter().map(|q| q.name)));
     };
     best(candidates(pipeline, wish, &plan, &outcome, quantity)?, wish)
 }

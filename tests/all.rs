@@ -8,8 +8,8 @@ mod suite {
     pub mod bits;
     pub mod browser;
     pub mod cache;
-    pub mod chromium;
     pub mod choose;
+    pub mod chromium;
     pub mod commands;
     pub mod eos;
     pub mod faults;

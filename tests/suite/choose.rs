@@ -32,7 +32,11 @@ fn project(goal: &str, quantity: &str) -> Project {
 fn the_cheapest_setting_within_an_error_is_taken() {
     let project = project("accuracy = \"5 %\"", "pressure profile");
     let unmeasured = project.hvi(&["plan", "study.toml"]);
-    assert!(unmeasured.code == 2 && unmeasured.err.contains("isn't measured: 5 of its 5 runs are missing"), "{}", unmeasured.err);
+    assert!(
+        unmeasured.code == 2 && unmeasured.err.contains("isn't measured: 5 of its 5 runs are missing"),
+        "{}",
+        unmeasured.err
+    );
     assert!(unmeasured.err.contains("hvi-flow tradeoff"), "{}", unmeasured.err);
     assert_eq!(project.hvi(&["tradeoff", "front.toml"]).code, 0);
 
@@ -44,7 +48,6 @@ fn the_cheapest_setting_within_an_error_is_taken() {
     assert!(run.code == 0 && run.err.contains("; taken: "), "{}", run.err);
     let page = std::fs::read_to_string(project.path("out/study/report.html")).unwrap();
     assert!(page.contains("[choose.cells]") && page.contains("taken: "), "the page compares");
-
 }
 
 #[test]

@@ -24,7 +24,11 @@ fn momentum_and_energy_are_kept() {
         let impact = ball(space, "aflip", cells);
         let (first, last) = (&impact.ledger[0], impact.ledger.last().unwrap());
         assert!(drift(&impact) <= 1e-12, "{space}: {:e}", drift(&impact));
-        assert!((last.momentum / first.momentum - 1.0).abs() <= 1e-12, "{space}: {:e}", last.momentum / first.momentum - 1.0);
+        assert!(
+            (last.momentum / first.momentum - 1.0).abs() <= 1e-12,
+            "{space}: {:e}",
+            last.momentum / first.momentum - 1.0
+        );
         // The heat of a particle may be negative where its affine motion grows: what the floor then puts in is told, and next to nothing.
         assert!(last.floored <= 1e-4 * first.kinetic, "{space}: {:e}", last.floored / first.kinetic);
     }
@@ -36,5 +40,10 @@ fn less_becomes_heat_than_by_apic() {
     let [apic, aflip] = ["apic", "aflip"].map(|transfer| ball("axisymmetric", transfer, 6));
     assert!(heat(&aflip) > 0.0 && heat(&aflip) < 0.5 * heat(&apic), "{} against {}", heat(&aflip), heat(&apic));
     let fastest = |impact: &Impact| impact.leading[0];
-    assert!((fastest(&aflip) / fastest(&apic) - 1.0).abs() < 0.1, "no noise runs ahead: {} {}", fastest(&aflip), fastest(&apic));
+    assert!(
+        (fastest(&aflip) / fastest(&apic) - 1.0).abs() < 0.1,
+        "no noise runs ahead: {} {}",
+        fastest(&aflip),
+        fastest(&apic)
+    );
 }
