@@ -40,8 +40,10 @@ const LINEAR: f64 = 0.3;
 const QUADRATIC: f64 = 0.7;
 const FADE: f64 = 0.003;
 /// Share of the velocity that the grid doesn't see that fades while sound crosses a cell, by the transfer AFLIP: with none a weak
-/// shock leaves noise behind, with all of it (in each step, which is APIC) what shears or spreads on the scale of a few cells heats up.
+/// shock leaves noise behind, with all of it in each step, which is APIC, what shears or spreads over few cells heats up.
 const BACKGROUND: f64 = 0.3;
+/// The same over the compression of a step.
+const SHOCK: f64 = 20.0;
 
 /// Volume over initial volume beyond which a particle's volume counts no further: matter so thin exerts no pressure, but
 /// the affine fields of a few particles flying side by side would go on to inflate it.
@@ -85,14 +87,13 @@ impl Law {
         density * jump * (jump.times(QUADRATIC) + linear * m.sound_speed)
     }
 
-    /// Share of its velocity apart from the grid's that a particle loses in a step of `dt` [s] by the transfer AFLIP: all in a shock,
-    /// where velocity differs by more than some thousandths of the sound speed from cell to cell; else so that what the grid
-    /// doesn't see fades while sound crosses a few cells.
+    /// Share of its velocity apart from the grid's that a particle loses in a step of `dt` [s] by the transfer AFLIP: the more the faster
+    /// matter is compressed, and everywhere so that what the grid doesn't see fades while sound crosses some cells.
     #[inline(always)]
     pub fn damping<R: Real>(&self, m: &Matter<R>, divergence: R, dt: f64, cell: f64) -> R {
-        let jump = divergence.times(-cell).at_least(0.0) * (R::of(1.0) - m.open()) / m.sound_speed;
-        let shock = (jump.times(1.0 / FADE) - R::of(1.0)).at_least(0.0);
-        (m.sound_speed.times(BACKGROUND * dt / cell) + shock).at_most(1.0)
+        let crossing = m.sound_speed.times(dt / cell);
+        let compression = (divergence.times(-dt) - crossing.times(FADE)).at_least(0.0) * (R::of(1.0) - m.open());
+        (crossing.times(BACKGROUND) + compression.times(SHOCK)).at_most(1.0)
     }
 
     /// Speed that the time step must resolve: `Q + sqrt(Q^2 + c^2)` [m/s] with the viscosity's own speed Q.
