@@ -245,8 +245,11 @@ fn database(text: &str) -> Result<Vec<Shot>, CsvError> {
     csv.any(points, "up, Us [km/s], P_calc [GPa] and an empty flag")
 }
 
-/// A metal's density [kg/m3], where it is said, and set, V/V0 and P [Pa] of its shock states.
-fn named(text: &str) -> Result<(Option<f64>, Vec<(String, f64, f64)>), CsvError> {
+/// Set, V/V0 and P [Pa] of a shock state.
+type NamedShot = (String, f64, f64);
+
+/// A metal's density [kg/m3], where it is said, and its shock states.
+fn named(text: &str) -> Result<(Option<f64>, Vec<NamedShot>), CsvError> {
     let csv = Csv::read("shots", text)?;
     let density = csv.quantity("rho0", Dimension::Density)?;
     let (set, ratio, p) = (csv.text("set")?, csv.numbers("V_over_V0")?, csv.numbers("P")?);
