@@ -18,7 +18,7 @@ use crate::tradeoff::{self, Outcome};
 use crate::value::{Key, Node, Table, Value};
 use crate::{amount, console};
 use hvi_kit::Store;
-use hvi_tradeoff::Quantity;
+use hvi_tradeoff::{MARGIN, Quantity};
 use std::path::{Path, PathBuf};
 
 /// Settings that were chosen for some steps.
@@ -67,10 +67,6 @@ impl Choice {
         }
     }
 }
-
-/// Errors on scenes that the front is not made of are up to so many times those on it (what `check` blocks of the shipped
-/// `pipelines/tradeoff.toml` find), so that much less is asked of the front.
-const MARGIN: f64 = 2.0;
 
 const KEYS: [&str; 6] = ["of", "front", "block", "quantity", "accuracy", "budget"];
 
@@ -244,19 +240,17 @@ fn candidates(
     known.map(candidate).collect()
 }
 
-fn best(mut all: Vec<Choice>, wish: &Wish<'_>) -> Result<Choice, Mistake> {
-    let (reached, order): (Box<dyn Fn(&Choice) -> bool>, fn(&Choice, &Choice) -> std::cmp::Ordering) = match wish.goal {
-        Goal::Accuracy(share) => (Box::new(move |c| c.error <= share), |a, b| a.foretold.total_cmp(&b.foretold)),
-        Goal::Budget(time) => (Box::new(move |c| c.foretold <= time), |a, b| a.error.total_cmp(&b.error)),
+fn best(all: Vec<Choice>, wish: &Wish<'_>) -> Result<Choice, Mistake> {
+    let least = |of: fn(&Choice) -> f64, within: &dyn Fn(&&Choice) -> bool| {
+        all.iter().filter(within).min_by(|a, b| of(a).total_cmp(&of(b)))
     };
-    all.sort_by(order);
-    if let Some(found) = all.iter().find(|c| reached(c)) {
+    let (found, nearest) = match wish.goal {
+        Goal::Accuracy(share) => (least(|c| c.foretold, &|c| c.error <= share), least(|c| c.error, &|_| true)),
+        Goal::Budget(time) => (least(|c| c.error, &|c| c.foretold <= time), least(|c| c.foretold, &|_| true)),
+    };
+    if let Some(found) = found {
         return Ok(found.clone());
     }
-    let nearest = match wish.goal {
-        Goal::Accuracy(_) => all.iter().min_by(|a, b| a.error.total_cmp(&b.error)),
-        Goal::Budget(_) => all.iter().min_by(|a, b| a.foretold.total_cmp(&b.foretold)),
-    };
     let mistake = Mistake::new(format!("no setting reaches {}", wish.asked)).at(wish.quantity.1, "asked of this");
     Err(match nearest {
         Some(nearest) => mistake.help(format!("the nearest is {}", nearest.sentence())),

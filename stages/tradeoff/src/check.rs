@@ -1,6 +1,6 @@
 //! Whether settings chosen on one front hold elsewhere: errors and times of the same settings on runs the front is not made of.
 use crate::limit::How;
-use crate::{Quantity, Sample, cheapest};
+use crate::{MARGIN, Quantity, Sample, cheapest};
 
 /// Errors that settings are chosen for.
 const TARGETS: [f64; 3] = [0.05, 0.02, 0.01];
@@ -35,14 +35,15 @@ impl Check {
     }
 }
 
-/// Every choice that the front of `made` offers and that was run `here` too. Quantities known in closed form are left out.
+/// Every choice that the front of `made` offers with a margin of [`MARGIN`], and that was run `here` too. Quantities known in closed form are left out.
 pub fn check(made: (&[Sample], &[Quantity]), here: (&[Sample], &[Quantity])) -> Vec<Check> {
     let mut all = Vec::new();
     for q in made.1.iter().filter(|q| q.reference.how != How::Exact) {
         let points = q.points(made.0);
         let Some(own) = here.1.iter().find(|own| own.name == q.name) else { continue };
         for target in TARGETS {
-            let Some(chosen) = cheapest(&points, target).filter(|c| c.reached).map(|c| &made.0[c.index]) else {
+            let Some(chosen) = cheapest(&points, target / MARGIN).filter(|c| c.reached).map(|c| &made.0[c.index])
+            else {
                 continue;
             };
             let same = |s: &Sample| s.setting == chosen.setting && s.group == chosen.group;
@@ -67,7 +68,8 @@ mod tests {
     use super::*;
     use crate::{Measure, Measures, study};
 
-    /// Errors are twice as large on the second set: no choice that just holds on the first holds there.
+    /// Errors are three times as large on the second set: more than the margin, so that a choice that just holds on the first does not
+    /// hold there.
     #[test]
     fn a_choice_is_held_against_other_runs() {
         let run = |cells: f64, share: f64| Sample {
@@ -80,12 +82,13 @@ mod tests {
             key: String::new(),
         };
         let of = |share: f64| [4.0, 8.0, 16.0, 32.0, 64.0].map(|n| run(n, share));
-        let (made, here) = (of(0.3), of(0.6));
+        let (made, here) = (of(0.3), of(0.9));
         let (all, own) = (study(&made), study(&here));
         let checks = check((&made, &all), (&here, &own));
         let found: Vec<(f64, &str, bool)> = checks.iter().map(|c| (c.target, c.setting.as_str(), c.holds())).collect();
-        // 0.3 over the cells, and 1.25 times that of 64 beside it in quadrature, as the limit is known no better: 0.0111 at 32
-        assert_eq!(found, [(0.05, "8", false), (0.02, "16", false), (0.01, "64", false)]);
+        // Half the target: 0.3 over the cells, and 1.25 times that of 64 beside it in quadrature, as the limit is known no better:
+        // 0.0197 at 16, 0.0111 at 32, 0.0075 at 64. The last target is not reached.
+        assert_eq!(found, [(0.05, "16", false), (0.02, "64", false)]);
         assert!(checks.iter().all(|c| c.factor() == 1.0));
         let own = check((&made, &all), (&made, &all));
         assert!(own.iter().all(Check::holds));

@@ -10,6 +10,10 @@ pub struct Chosen {
     pub reached: bool,
 }
 
+/// Errors on scenes that a front is not made of are up to so many times those on it, as choices that were checked on other scenes show:
+/// so much less is asked of the front.
+pub const MARGIN: f64 = 2.0;
+
 /// Indices of the (cost, error) that no other point beats in one without losing in the other, by rising cost.
 pub fn front(points: &[(f64, f64)]) -> Vec<usize> {
     let mut by_cost: Vec<usize> =

@@ -13,7 +13,7 @@ mod show;
 mod study;
 mod time;
 pub use check::{Check, check};
-pub use front::{Chosen, cheapest, front, knee, most_accurate};
+pub use front::{Chosen, MARGIN, cheapest, front, knee, most_accurate};
 pub use limit::{How, Limit, Order, limit, order};
 pub use measure::{Measure, Measures, Unknown, of_impact, of_kind, of_state};
 pub use shock::planar;

@@ -55,10 +55,15 @@ pub struct Row {
 }
 
 impl Quantity {
-    /// Cost and error of every sample; NaN where it doesn't have the quantity.
+    /// Cost of every sample, and the largest error among it and the finer ones of its group: where errors change sign, a coarse run may
+    /// be right by chance. NaN where it doesn't have the quantity.
     pub fn points(&self, samples: &[Sample]) -> Vec<(f64, f64)> {
-        let point = |(s, r): (&Sample, &Option<Row>)| (s.cost, r.map_or(f64::NAN, |r| r.error));
-        samples.iter().zip(&self.rows).map(point).collect()
+        let point = |(i, s): (usize, &Sample)| {
+            let finer = |k: &usize| samples[*k].group == s.group && samples[*k].h <= s.h && s.h.is_some();
+            let errors = (0..samples.len()).filter(finer).filter_map(|k| self.rows[k]).map(|r| r.error);
+            (s.cost, self.rows[i].map_or(f64::NAN, |own| errors.fold(own.error, f64::max)))
+        };
+        samples.iter().enumerate().map(point).collect()
     }
     /// Uncertainty of the reference, relative.
     pub fn blur(&self) -> f64 {

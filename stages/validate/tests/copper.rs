@@ -234,7 +234,7 @@ fn shots(text: String) -> hugoniot::Inputs {
         states: Any(Vec::new()),
         marsh: Any(Vec::new()),
         database: Any(Vec::new()),
-        shots: Any(vec![File(text.into_bytes().into())]),
+        shots: Any(vec![File(text.into_bytes())]),
     }
 }
 
@@ -264,7 +264,7 @@ fn an_isotherm_says_whose_it_is() {
     let named =
         points.replace("# set: diamond anvil (Dewaele 2004)", "# set: anvil of mine").replace("298 K\n", "200 K\n");
     let of = |text: String| {
-        let data = File(text.into_bytes().into());
+        let data = File(text.into_bytes());
         isotherm::validate(&isotherm::Inputs { eos: result(Set::AluminiumPaper), states: Any(Vec::new()), data })
             .unwrap()
     };
