@@ -274,6 +274,7 @@ fn digest(pipeline: &Pipeline, plan: &Plan, run: &Report) -> String {
     add(PROGRAM.as_bytes());
     add(pipeline.path.as_os_str().as_encoded_bytes());
     add(pipeline.question.as_bytes());
+    pipeline.chosen.iter().for_each(|choice| add(choice.sentence().as_bytes()));
     pipeline.steps.iter().for_each(|step| add(step.name.as_bytes()));
     for (node, (outcome, key)) in plan.nodes.iter().zip(run.outcomes.iter().zip(&run.keys)) {
         add(plan.steps[node.step].name.as_bytes());

@@ -10,9 +10,10 @@ pub enum Transfer {
     /// Affine: velocity and its gradient field from the grid (Jiang, Schroeder & Teran 2017). Needs a quadratic or cubic kernel.
     #[default]
     Apic,
-    /// Affine, with the particle's own velocity plus the grid's acceleration, less what it has apart from the grid times a share of damping:
-    /// all of it in shocks, little elsewhere (after Y. Fei, Q. Guo, R. Wu, L. Huang & M. Gao, ACM Trans. Graph. 40, 109 (2021), whose share
-    /// is one number; here it is a mean over the nodes, so that momentum is kept). Needs a quadratic or cubic kernel.
+    /// Affine, with the particle's own velocity plus the grid's acceleration, less what it has apart from the grid times a share of
+    /// damping: the more the faster matter is compressed, little elsewhere (after Y. Fei, Q. Guo, R. Wu, L. Huang & M. Gao, ACM Trans. Graph.
+    /// 40, 109 (2021), whose share is one number; here it is a mean over the nodes, so that momentum is kept). Needs a quadratic or
+    /// cubic kernel.
     Aflip,
     /// The particle's own velocity plus the grid's acceleration (Brackbill & Ruppel 1986): no dissipation, noise stays.
     Flip,
