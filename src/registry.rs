@@ -12,6 +12,7 @@ pub static STAGES: &[StageDef] = &[
     StageDef::of::<hvi_eos::tabulate::Table>(),
     StageDef::of::<hvi_eos::tabulate::Sesame>(),
     StageDef::of::<hvi_eos::curves::CurvesStage>(),
+    StageDef::of::<hvi_eos::survey::SurveyStage>(),
     StageDef::of::<hvi_validate::hugoniot::Hugoniot>(),
     StageDef::of::<hvi_validate::isotherm::Isotherm>(),
     StageDef::of::<hvi_impact::ImpactStage>(),

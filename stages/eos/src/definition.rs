@@ -31,7 +31,7 @@ pub struct Definition {
     /// An ideal gas with these parameters.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ideal_gas: Option<IdealGasParameters>,
-    /// Of GRAY: a table to this relative error (1e-9 to 0.1) in place of the formulas, for speed.
+    /// Of GRAY: a table to this relative error (1e-5 to 0.1) in place of the formulas, for speed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub accuracy: Option<f64>,
     /// Where the parameters come from.

@@ -2,7 +2,8 @@
 //!
 //! `eos.rs` the one interface, `points.rs` its answers for many states; `model/` one file a
 //! model; `curve.rs` Hugoniot and release; `landmarks.rs` melting in numbers; `handbook.rs` published parameters (stage
-//! `eos.handbook`), `definition.rs` as people write them; `curves/` what to look at (stage `eos.curves`); `tabulate.rs` tables
+//! `eos.handbook`), `definition.rs` as people write them; `curves/` what to look at (stage `eos.curves`); `survey.rs` one
+//! against another (stage `eos.survey`); `tabulate.rs` tables
 //! (stages `eos.table`, `eos.sesame`); `fit/` GRAY from states (stage `eos.gray`);
 //! `result.rs` what they pass on; `show.rs` how it looks.
 //! SI throughout: V specific volume [m3/kg], E specific energy [J/kg], P [Pa], T [K]; energy is zero at the reference
@@ -18,6 +19,7 @@ pub mod model;
 mod points;
 mod result;
 mod show;
+pub mod survey;
 pub mod tabulate;
 pub use eos::{Eos, EosError, Phase, Point};
 use hvi_kit::lanes;

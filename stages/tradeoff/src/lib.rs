@@ -15,7 +15,7 @@ mod time;
 pub use check::{Check, check};
 pub use front::{Chosen, MARGIN, cheapest, front, knee, most_accurate};
 pub use limit::{How, Limit, Order, limit, order};
-pub use measure::{Measure, Measures, Unknown, of_impact, of_kind, of_state};
+pub use measure::{Measure, Measures, Unknown, of_impact, of_kind, of_state, of_survey};
 pub use shock::planar;
 pub use show::{TARGETS, checked, choices, views};
 pub use study::{Quantity, Row, Sample, study};

@@ -1,6 +1,7 @@
 //! The quantities of a result that accuracy is asked of, and the work it took in units that no machine changes.
 use crate::shock;
 use hvi_eos::Eos;
+use hvi_eos::survey::Survey;
 use hvi_impact::material::Material;
 use hvi_impact::result::Impact;
 use hvi_kit::{Artifact, Digest, LoadError, Store, load};
@@ -65,6 +66,7 @@ pub enum Unknown {
 pub fn of_kind(kind: &str, digest: Digest, store: &Store, eos: Option<&Eos>) -> Result<Measures, Unknown> {
     match kind {
         Impact::KIND => Ok(of_impact(&load(store, digest).map_err(Unknown::Load)?, eos)),
+        Survey::KIND => Ok(of_survey(&load(store, digest).map_err(Unknown::Load)?)),
         State::KIND => Ok(of_state(&load(store, digest).map_err(Unknown::Load)?)),
         _ => Err(Unknown::Kind),
     }
@@ -104,6 +106,17 @@ pub fn of_impact(run: &Impact, eos: Option<&Eos>) -> Measures {
         all.push(Measure::deviation("energy drift", last.drift));
     }
     Measures { all, work, unit: "particle-steps" }
+}
+
+/// Of an equation of state held against another: its largest errors.
+pub fn of_survey(survey: &Survey) -> Measures {
+    let all = vec![
+        Measure::deviation("error of pressure", survey.pressure.largest),
+        Measure::deviation("error of temperature", survey.temperature.largest),
+        Measure::deviation("error of sound speed", survey.sound_speed.largest),
+        Measure::deviation("error of share of liquid", survey.liquid.largest),
+    ];
+    Measures { all, work: survey.calls as f64, unit: "calls" }
 }
 
 /// Of a state of molecular dynamics: its averages, and the errors it states of them.

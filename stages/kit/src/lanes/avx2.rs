@@ -114,6 +114,13 @@ impl Eight for Pair {
         unsafe { Pair(_mm256_loadu_pd(from.as_ptr()), _mm256_loadu_pd(from.as_ptr().add(4))) }
     }
     #[inline(always)]
+    fn widened(from: &[f32; 8]) -> Pair {
+        // SAFETY: both halves lie within the array; the features were detected before `run`.
+        unsafe {
+            Pair(_mm256_cvtps_pd(_mm_loadu_ps(from.as_ptr())), _mm256_cvtps_pd(_mm_loadu_ps(from.as_ptr().add(4))))
+        }
+    }
+    #[inline(always)]
     fn store(self, to: &mut [f64; 8]) {
         // SAFETY: as in `load`.
         unsafe {
@@ -128,6 +135,11 @@ impl Eight for Pair {
     #[inline(always)]
     fn halves(low: f64, high: f64) -> Pair {
         Pair(avx!(_mm256_set1_pd(low)), avx!(_mm256_set1_pd(high)))
+    }
+    #[inline(always)]
+    fn split(self, low: &mut [f64; 4], high: &mut [f64; 4]) {
+        avx!(_mm256_storeu_pd(low.as_mut_ptr(), self.0));
+        avx!(_mm256_storeu_pd(high.as_mut_ptr(), self.1));
     }
     #[inline(always)]
     fn fold(self, to: &mut [f64; 4]) {

@@ -83,6 +83,10 @@ impl Eight for Wide {
         Wide(avx!(_mm512_loadu_pd(from.as_ptr())))
     }
     #[inline(always)]
+    fn widened(from: &[f32; 8]) -> Wide {
+        Wide(avx!(_mm512_cvtps_pd(_mm256_loadu_ps(from.as_ptr()))))
+    }
+    #[inline(always)]
     fn store(self, to: &mut [f64; 8]) {
         avx!(_mm512_storeu_pd(to.as_mut_ptr(), self.0))
     }
@@ -94,6 +98,12 @@ impl Eight for Wide {
     #[inline(always)]
     fn halves(low: f64, high: f64) -> Wide {
         Wide(avx!(_mm512_mask_broadcastsd_pd(_mm512_set1_pd(low), 0xf0, _mm_set_sd(high))))
+    }
+    #[inline(always)]
+    fn split(self, low: &mut [f64; 4], high: &mut [f64; 4]) {
+        let halves = self.halved();
+        avx!(_mm256_storeu_pd(low.as_mut_ptr(), halves.0));
+        avx!(_mm256_storeu_pd(high.as_mut_ptr(), halves.1));
     }
     #[inline(always)]
     fn fold(self, to: &mut [f64; 4]) {

@@ -79,12 +79,16 @@ pub trait Eight: Real {
     const IS_PORTABLE: bool = false;
     /// From memory.
     fn load(from: &[f64; 8]) -> Self;
+    /// From memory, of half the width.
+    fn widened(from: &[f32; 8]) -> Self;
     /// To memory.
     fn store(self, to: &mut [f64; 8]);
     /// Four numbers and four others.
     fn quads(low: &[f64; 4], high: &[f64; 4]) -> Self;
     /// Four times `low`, then four times `high`.
     fn halves(low: f64, high: f64) -> Self;
+    /// Puts the first four and the last four there.
+    fn split(self, low: &mut [f64; 4], high: &mut [f64; 4]);
     /// Puts the first four plus the last four there.
     fn fold(self, to: &mut [f64; 4]);
     /// Puts lane k of the four there as quad k.
@@ -276,6 +280,7 @@ mod tests {
                 b.size().at_least(1e-300).at_most(1e300).mantissa(),
                 R::of(1.7).scale(a.at_least(-900.0).at_most(900.0).floor()),
                 R::quads(&[1.0, 2.0, 3.0, 4.0], &[5.0, 6.0, 7.0, 8.0]) * R::halves(0.1, 0.2),
+                R::widened(&[0.1, -7.0, 1e30, 1e-40, 3.0, -0.0, 1.0, 0.3]),
                 R::of(a.at_most(3.0).sum()),
                 R::of(a.greatest()),
                 exp(a.at_most(3.0)),
@@ -284,6 +289,10 @@ mod tests {
             ];
             let mut quads = [[0.0; 4]; 8];
             R::transposed([a, b, a + b, a * b], &mut quads);
+            let mut parts = [[0.0; 4]; 2];
+            let [low, high] = &mut parts;
+            a.split(low, high);
+            self.2.extend(parts.as_flattened().iter().map(|x| if x.is_nan() { u64::MAX } else { x.to_bits() }));
             for r in all.into_iter().chain(R::columns(&quads)) {
                 let mut out = [0.0; 8];
                 r.store(&mut out);

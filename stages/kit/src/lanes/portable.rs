@@ -66,6 +66,10 @@ impl Eight for Plain {
         Plain(*from)
     }
     #[inline(always)]
+    fn widened(from: &[f32; 8]) -> Plain {
+        Plain(from.map(f64::from))
+    }
+    #[inline(always)]
     fn store(self, to: &mut [f64; 8]) {
         *to = self.0;
     }
@@ -76,6 +80,11 @@ impl Eight for Plain {
     #[inline(always)]
     fn halves(low: f64, high: f64) -> Plain {
         Plain([low, low, low, low, high, high, high, high])
+    }
+    #[inline(always)]
+    fn split(self, low: &mut [f64; 4], high: &mut [f64; 4]) {
+        low.copy_from_slice(&self.0[..4]);
+        high.copy_from_slice(&self.0[4..]);
     }
     #[inline(always)]
     fn fold(self, to: &mut [f64; 4]) {

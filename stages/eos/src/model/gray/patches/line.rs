@@ -130,7 +130,8 @@ pub(super) fn patch(basis: &[Vec<f64>], a: &Column, b: &Column) -> Vec<Part> {
         if power == 0 { along[0][q][s] } else { along.iter().enumerate().map(over).sum() }
     };
     let part = |pair: usize| -> Part {
-        std::array::from_fn(|s| std::array::from_fn(|lane| coefficient(2 * pair + lane / 4, lane % 4, s)))
+        let lane = |s: usize, lane: usize| coefficient(2 * pair + lane / 4, lane % 4, s) as f32;
+        Part(std::array::from_fn(|s| std::array::from_fn(|k| lane(s, k))))
     };
     (0..basis.len() / 2).map(part).collect()
 }

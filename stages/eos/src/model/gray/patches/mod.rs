@@ -4,7 +4,7 @@
 //! `y = (E - E_k)/(E_(k+1) - E_k)` runs from 0 to 1 and everything is smooth. A strip is cut into columns of y and rows of V0/V:
 //! in y polynomials through Chebyshev-Lobatto nodes, of degree 3 while the whole fits the second-level cache, else 5; in V0/V cubic
 //! Hermite on the slopes at the nodes. Both meet their neighbours' values at every edge, so P and T are continuous across borders
-//! of phases and patches alike.
+//! of phases and patches alike, to the rounding of single width.
 //!
 //! `grid.rs` where a state lies and what is read there; `line.rs` how a patch comes about; `many.rs` many states at once.
 mod grid;
@@ -14,7 +14,7 @@ mod many;
 use super::{Gray, Parameters};
 use crate::lanes::{Eight, Real, Work};
 use crate::{EosError, Instructions, Point, Points};
-use grid::{Grid, PHASES, Quad, REGIMES, column, index, split};
+use grid::{Grid, REGIMES};
 use line::nodes;
 use many::Many;
 use schemars::JsonSchema;
@@ -77,18 +77,23 @@ pub struct Patches {
     errors: PatchErrors,
 }
 
+/// Patches to less than this would be slower than the formulas (docs/eos-speed.md), and numbers of single width would not do.
+const FINEST: f64 = 1e-5;
+
 /// Bytes at most, of patches of degree 3 and of degree 5: a second-level cache, and beyond any cache.
-const MOST: [usize; 2] = [1 << 20, 24 << 20];
+const MOST: [usize; 2] = [1 << 20, 12 << 20];
 
 impl Patches {
     /// Refines until the error is within `accuracy`.
     ///
     /// # Errors
-    /// [`EosError`] where `accuracy` is not between 1e-9 and 0.1, or can't be reached with patches that fit a cache.
+    /// [`EosError`] where `accuracy` is not between 1e-5 and 0.1, or can't be reached with patches that fit a cache.
     pub fn new(gray: Gray, accuracy: f64) -> Result<Patches, EosError> {
         let wrong = |why| Err(EosError { name: "GRAY in patches", parameter: "accuracy", why });
-        if !(1e-9..=0.1).contains(&accuracy) {
-            return wrong(format!("is {accuracy}, must lie between 1e-9 and 0.1"));
+        if !(FINEST..=0.1).contains(&accuracy) {
+            return wrong(format!(
+                "is {accuracy}, must lie between {FINEST} and 0.1; finer, GRAY's formulas are faster"
+            ));
         }
         let mut best = f64::INFINITY;
         for (nodes, most) in nodes().iter().zip(MOST) {
@@ -162,14 +167,13 @@ struct One<'a> {
 impl Work for One<'_> {
     #[inline(always)]
     fn run<R: Eight>(self) {
-        let (of, grid) = (self.of, &self.of.grid);
-        let (row, s) = split(grid.position(self.volume * of.gray.constants.per_volume));
-        let Some(strip) = grid.strip::<R>(row, s, self.energy) else { return };
-        let (at, y) = column(strip.above, strip.between, strip.columns);
-        let mut value = Quad::default();
-        grid.value::<R>(strip.first + index(at), s, y, &mut value);
+        let of = self.of;
+        let Some((phase, value, _)) = of.grid.point::<R>(self.volume * of.gray.constants.per_volume, self.energy)
+        else {
+            return;
+        };
         let [temperature, pressure, sound_speed, liquid] = of.read(value);
-        *self.out = Some(Point { pressure, temperature, sound_speed, phase: PHASES[strip.regime], liquid });
+        *self.out = Some(Point { pressure, temperature, sound_speed, phase, liquid });
     }
 }
 
