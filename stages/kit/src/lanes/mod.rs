@@ -289,15 +289,15 @@ mod tests {
             ];
             let mut quads = [[0.0; 4]; 8];
             R::transposed([a, b, a + b, a * b], &mut quads);
-            let mut parts = [[0.0; 4]; 2];
-            let [low, high] = &mut parts;
-            a.split(low, high);
-            self.2.extend(parts.as_flattened().iter().map(|x| if x.is_nan() { u64::MAX } else { x.to_bits() }));
             for r in all.into_iter().chain(R::columns(&quads)) {
                 let mut out = [0.0; 8];
                 r.store(&mut out);
                 self.2.extend(out.iter().map(|x| if x.is_nan() { u64::MAX } else { x.to_bits() }));
             }
+            let mut parts = [[0.0; 4]; 2];
+            let [low, high] = &mut parts;
+            a.split(low, high);
+            self.2.extend(parts.as_flattened().iter().map(|x| if x.is_nan() { u64::MAX } else { x.to_bits() }));
             self.2.extend(quads.as_flattened().iter().map(|x| if x.is_nan() { u64::MAX } else { x.to_bits() }));
             self.2.extend([u64::from(a.any_less(b)), u64::from(b.any_less(b))]);
         }
