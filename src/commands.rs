@@ -161,6 +161,11 @@ pub struct OutArgs {
 impl OutArgs {
     /// The folder of this pipeline's results.
     pub fn folder(&self, pipeline: &Pipeline) -> PathBuf {
-        self.out.join(&pipeline.name)
+        self.folder_of(&pipeline.name)
+    }
+
+    /// The folder of the results of the study called `name`.
+    pub fn folder_of(&self, name: &str) -> PathBuf {
+        self.out.join(name)
     }
 }

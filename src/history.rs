@@ -119,8 +119,13 @@ pub fn append(store: &Store, pipeline: &Pipeline, plan: &Plan, report: &Report) 
     Ok(())
 }
 
+/// Whether the last run of a study on record bears this [`mark`].
+pub fn ended_with(store: &Store, study: &str, mark: &str) -> bool {
+    names(&folder(store, study)).last().is_some_and(|name| name.ends_with(mark))
+}
+
 /// What tells two runs apart: the keys they came to, and which nodes have results.
-fn mark(report: &Report) -> String {
+pub fn mark(report: &Report) -> String {
     let mut bytes = Vec::with_capacity(33 * report.keys.len());
     for (key, outcome) in report.keys.iter().zip(&report.outcomes) {
         bytes.extend(key.map_or([0; 32], |k| *k.bytes()));

@@ -20,6 +20,7 @@
 //! | `schema.rs`, `reference_page.rs` | from the stages' types: the pipeline file's JSON schema, and `docs/stages.md` |
 //! | `registry.rs` | every stage, and the digest of its code (`build.rs` makes it) |
 //! | `execute.rs`, `execute/` | lookup, packing into cores and memory, workers, failures, cancel |
+//! | `unchanged.rs` | a run that has nothing to do, known without a plan |
 //! | `forecast.rs`, `history.rs` | what a run would do and why; what earlier runs did |
 //! | `schedule.rs` | how a plan would pack onto the cores of a cluster |
 //! | `events.rs`, `console.rs` | what happens, and how it is shown |
@@ -64,6 +65,7 @@ pub mod schedule;
 pub mod schema;
 pub mod sweep;
 pub mod tradeoff;
+pub mod unchanged;
 pub mod value;
 pub mod vtkhdf;
 pub mod watch;

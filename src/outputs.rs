@@ -15,13 +15,14 @@ use hvi_kit::view::{Cell, Scalar, Table, View};
 use hvi_kit::{Digest, Store, units};
 use serde::{Deserialize, Serialize};
 use std::collections::btree_map::Entry;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Component, Path, PathBuf};
 use std::{fs, io};
 
 mod brief;
 mod points;
+pub mod sealed;
 use brief::Briefs;
 use points::Reader;
 pub use points::point;
@@ -51,12 +52,28 @@ const MANIFEST: &str = ".manifest.json";
 const PAGE: &str = "report.html";
 
 /// Beside the manifest, because only comparisons read it: the key of each node that has a result, by its label.
-const KEYS: &str = ".keys.json";
+const KEYS: &str = ".keys";
 
 /// Keys of the nodes' results at the last runs that wrote to `folder`, by label.
 pub fn last_keys(folder: &Path) -> BTreeMap<String, Digest> {
     let read = fs::read(folder.join(KEYS)).ok();
-    read.and_then(|bytes| serde_json::from_slice(&bytes).ok()).unwrap_or_default()
+    let keys: BTreeMap<String, [u8; 32]> = read.and_then(|b| postcard::from_bytes(&b).ok()).unwrap_or_default();
+    keys.into_iter().map(|(label, key)| (label, Digest::from_bytes(key))).collect()
+}
+
+/// Keeps the keys of a run's results; those of nodes that it did not come to stay.
+fn publish_keys(folder: &Path, pipeline: &Pipeline, plan: &Plan, run: &Report) -> io::Result<()> {
+    let has_all = plan.steps.len() == pipeline.steps.len() && run.outcomes.iter().all(|o| o.entry().is_some());
+    let known = (0..plan.nodes.len()).filter(|&id| run.outcomes[id].entry().is_some());
+    let mut keys: Vec<(String, [u8; 32])> =
+        known.filter_map(|id| Some((plan.label(id), *run.keys[id]?.bytes()))).collect();
+    if !has_all {
+        let older = last_keys(folder).into_iter().map(|(label, key)| (label, *key.bytes()));
+        let own: HashSet<&str> = keys.iter().map(|(label, _)| label.as_str()).collect();
+        let older: Vec<_> = older.filter(|(label, _)| !own.contains(label.as_str())).collect();
+        keys.extend(older);
+    }
+    publish(&folder.join(KEYS), &postcard::to_stdvec(&keys).map_err(io::Error::other)?)
 }
 
 /// A file as it was when it was last read or written.
@@ -138,14 +155,28 @@ pub fn claim(pipeline: &Pipeline, folder: &Path) -> Result<(), Mistake> {
     Err(Mistake::new(title).help("give one of the two another name, or another folder with --out"))
 }
 
-fn full(path: &Path) -> PathBuf {
+/// Where a file lies, links resolved.
+pub fn full(path: &Path) -> PathBuf {
     path.canonicalize().unwrap_or_else(|_| path.to_path_buf())
+}
+
+/// Path of the report in `folder`.
+pub fn page(folder: &Path) -> PathBuf {
+    folder.join(PAGE)
+}
+
+/// Whether `folder` holds what a run wrote whose [`Written::study`] was this, whole.
+pub fn stand(folder: &Path, study: &str) -> bool {
+    let mut manifest = Manifest::read(folder);
+    manifest.study == study && !manifest.files.is_empty() && manifest.is_whole(folder)
 }
 
 /// What was written.
 pub struct Written {
     /// Path of the report.
     pub page: PathBuf,
+    /// Digest of everything that is shown.
+    pub study: String,
     /// Results that the store has but that can't be read, one sentence each.
     pub unreadable: Vec<String>,
 }
@@ -157,15 +188,14 @@ pub struct Written {
 /// # Errors
 /// Where a file can't be written.
 pub fn write(pipeline: &Pipeline, plan: &Plan, run: &Report, store: &Store, folder: &Path) -> io::Result<Written> {
-    let page = folder.join(PAGE);
+    let page = page(folder);
     let mut old = Manifest::read(folder);
     let study = digest(pipeline, plan, run);
     if old.study == study && !old.files.is_empty() && old.is_whole(folder) {
-        return Ok(Written { page, unreadable: Vec::new() });
+        return Ok(Written { page, study, unreadable: Vec::new() });
     }
     let mut writer = Writer { folder, files: BTreeMap::new(), old: std::mem::take(&mut old.files) };
-    let mut reader =
-        Reader { plan, run, store, known: brief::read(folder), read: Briefs::new(), unreadable: Vec::new() };
+    let mut reader = Reader { plan, run, store, briefs: brief::read(folder), unreadable: Vec::new() };
     let mut steps = Vec::new();
     for step in &plan.steps {
         let points = reader.points(step.nodes.clone());
@@ -183,19 +213,16 @@ pub fn write(pipeline: &Pipeline, plan: &Plan, run: &Report, store: &Store, fold
             }
         }
     }
-    let mut keys = last_keys(folder);
-    let known = (0..plan.nodes.len()).filter(|&id| run.outcomes[id].entry().is_some());
-    keys.extend(known.filter_map(|id| Some((plan.label(id), run.keys[id]?))));
-    publish(&folder.join(KEYS), &serde_json::to_vec(&keys)?)?;
+    publish_keys(folder, pipeline, plan, run)?;
     // What could not be read is written next time, though the study is the same.
-    let Reader { read, unreadable, .. } = reader;
+    let Reader { mut briefs, unreadable, .. } = reader;
     let study = if unreadable.is_empty() { study } else { String::new() };
-    brief::publish(folder, &read)?;
+    brief::publish(folder, &mut briefs)?;
     // Not `at: now()`: files that are as old as this are read once more, when clocks have ticked.
-    Manifest { pipeline: full(&pipeline.path), study, files: writer.files, at: 0 }.publish(folder)?;
+    Manifest { pipeline: full(&pipeline.path), study: study.clone(), files: writer.files, at: 0 }.publish(folder)?;
     // The program ends soon: to take a wide sweep's points apart piece by piece would only cost time.
-    std::mem::forget((study_page, read, keys));
-    Ok(Written { page, unreadable })
+    std::mem::forget((study_page, briefs));
+    Ok(Written { page, study, unreadable })
 }
 
 /// What a study is called, and what it asks.
@@ -227,7 +254,7 @@ impl Title {
 
 /// The study with what its results show; and those that the store has but that can't be read, one sentence each.
 pub fn study(title: &Title, plan: &Plan, run: &Report, store: &Store) -> (Study, Vec<String>) {
-    let mut reader = Reader { plan, run, store, known: Briefs::new(), read: Briefs::new(), unreadable: Vec::new() };
+    let mut reader = Reader { plan, run, store, briefs: Briefs::new(), unreadable: Vec::new() };
     let steps = plan.steps.iter().map(|step| shown(plan, step, reader.points(step.nodes.clone()))).collect();
     (title.study(plan, run, steps), reader.unreadable)
 }
@@ -266,10 +293,10 @@ fn beside(path: &Path) -> io::Result<PathBuf> {
 
 /// Digest of what the page shows of the results, but for which of them were hits.
 fn digest(pipeline: &Pipeline, plan: &Plan, run: &Report) -> String {
-    let mut hasher = blake3::Hasher::new();
+    let mut all = Vec::with_capacity(256 * plan.nodes.len());
     let mut add = |part: &[u8]| {
-        hasher.update(&(part.len() as u64).to_le_bytes());
-        hasher.update(part);
+        all.extend_from_slice(&(part.len() as u64).to_le_bytes());
+        all.extend_from_slice(part);
     };
     add(PROGRAM.as_bytes());
     add(pipeline.path.as_os_str().as_encoded_bytes());
@@ -286,7 +313,7 @@ fn digest(pipeline: &Pipeline, plan: &Plan, run: &Report) -> String {
             Outcome::Cancelled => add(b"cancelled"),
         }
     }
-    hasher.finalize().to_string()
+    Digest::of(&all).to_string()
 }
 
 struct Writer<'a> {

@@ -6,7 +6,7 @@ use crate::named_file;
 use crate::registry;
 use crate::sweep::{self, Point};
 use crate::value::{self, Key, Node, Table, Value};
-use hvi_kit::StageDef;
+use hvi_kit::{Digest, StageDef};
 use std::cell::Cell;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
@@ -36,6 +36,8 @@ pub struct Pipeline {
     pub choose: Table,
     /// What came of them, once they are settled.
     pub chosen: Vec<Choice>,
+    /// The files it was read from, included ones too, with the digests of their bytes.
+    pub files: Vec<(PathBuf, Digest)>,
 }
 
 /// `[run]`.
@@ -111,14 +113,19 @@ pub fn read(path: &Path, settings: &[String]) -> Result<Pipeline, Mistake> {
     if steps.is_empty() {
         return Err(Mistake::new(format!("{} has no [step.NAME]: there is nothing to run", path.display())));
     }
-    let name = path.file_stem().map_or_else(|| "study".into(), |s| s.to_string_lossy().into_owned());
+    let name = name(path);
     if name.starts_with('.') {
         let title = format!("{} gives the study the name `{name}`, which is no name for a folder", path.display());
         return Err(Mistake::new(title).help("call the file something that doesn't begin with a dot"));
     }
     let (question, settings, tradeoff, choose) = (raw.question, raw.settings, raw.tradeoff, raw.choose);
-    let chosen = Vec::new();
-    Ok(Pipeline { path: path.into(), name, question, steps, settings, remarks, tradeoff, choose, chosen })
+    let (chosen, files) = (Vec::new(), raw.files);
+    Ok(Pipeline { path: path.into(), name, question, steps, settings, remarks, tradeoff, choose, chosen, files })
+}
+
+/// Name of the study in the file at `path`: the file's stem.
+pub fn name(path: &Path) -> String {
+    path.file_stem().map_or_else(|| "study".into(), |s| s.to_string_lossy().into_owned())
 }
 
 #[derive(Default)]
@@ -129,6 +136,7 @@ struct Raw {
     question: String,
     /// Files that were read to their end: one that several others include counts once.
     read: Vec<PathBuf>,
+    files: Vec<(PathBuf, Digest)>,
     tradeoff: Table,
     choose: Table,
 }
@@ -159,6 +167,7 @@ impl Raw {
             let comment = text.lines().take_while(|l| l.starts_with('#')).map(|l| l.trim_start_matches(['#', ' ']));
             self.question = comment.collect::<Vec<_>>().join("\n");
         }
+        self.files.push((path.into(), Digest::of(text.as_bytes())));
         let own = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
         if self.read.contains(&own) {
             return Ok(());

@@ -61,6 +61,7 @@ pub struct PlannedStep {
 }
 
 /// What to run.
+#[derive(Default)]
 pub struct Plan {
     /// Steps in an order in which each comes after those it needs.
     pub steps: Vec<PlannedStep>,
@@ -68,6 +69,8 @@ pub struct Plan {
     pub nodes: Vec<Node>,
     /// Contents of the files named as inputs, encoded as artifacts.
     pub files: BTreeMap<Digest, Vec<u8>>,
+    /// Where these contents were read, with the digests of the bytes as they lie there.
+    pub read: Vec<(PathBuf, Digest)>,
     /// Versions of the programs outside that some node calls.
     pub engines: BTreeMap<&'static str, String>,
 }
@@ -77,7 +80,7 @@ impl Plan {
     pub fn label(&self, id: NodeId) -> String {
         let node = &self.nodes[id];
         let name = &self.steps[node.step].name;
-        if node.point.is_empty() { name.clone() } else { format!("{name}[{}]", node.point) }
+        if node.point.is_empty() { name.clone() } else { [name, "[", &node.point, "]"].concat() }
     }
     /// Ids of the nodes that `id` needs, one that is named twice twice.
     pub fn needs(&self, id: NodeId) -> impl Iterator<Item = NodeId> {
@@ -96,7 +99,7 @@ impl Plan {
 pub fn plan(pipeline: &Pipeline, only: &[String]) -> Result<Plan, Mistake> {
     let names: Names = pipeline.steps.iter().enumerate().map(|(i, s)| (s.name.as_str(), i)).collect();
     let order = order(pipeline, &names, &wanted(&names, pipeline, only)?)?;
-    let mut plan = Plan { steps: Vec::new(), nodes: Vec::new(), files: BTreeMap::new(), engines: BTreeMap::new() };
+    let mut plan = Plan::default();
     let (mut placed, mut read) = (vec![None; pipeline.steps.len()], HashMap::new());
     let mut selector = Selector::default();
     for i in order {
@@ -457,6 +460,7 @@ impl Builder<'_> {
         }
         let bytes = crate::named_file::read(&path)
             .map_err(|e| Mistake::new(format!("can't read {}: {e}", path.display())).at(&value.at, "named here"))?;
+        self.plan.read.push((path.clone(), Digest::of(&bytes)));
         let encoded = File(bytes).encode();
         let digest = Digest::of(&encoded);
         self.plan.files.insert(digest, encoded);

@@ -64,7 +64,7 @@ pub struct Point {
     /// Swept keys and their values as written.
     pub swept: Vec<(String, String)>,
     /// The numbers that sum it up.
-    pub scalars: Vec<Scalar>,
+    pub scalars: Arc<[Scalar]>,
     /// Its tables, figures and pictures.
     pub views: Vec<View>,
     /// What it has beside `views`.

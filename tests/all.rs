@@ -24,5 +24,6 @@ mod suite {
     pub mod stops;
     pub mod tidy;
     pub mod tradeoff;
+    pub mod unchanged;
     pub mod vtkhdf;
 }

@@ -7,6 +7,7 @@
 //! | `digest.rs`, `recipe.rs`, `record.rs` | names of bytes, what was asked, what came of it |
 //! | `store.rs` | publishing, reading, looking up |
 //! | `index.rs` | lookups without opening a file |
+//! | `standing.rs` | whether results still stand, without reading the index |
 //! | `second.rs`, `bucket.rs` | results from another store: a folder, or a bucket of an S3-compatible service |
 //! | `lock.rs` | who computes what |
 //! | `upkeep.rs` | count, verify, repair, remove |
@@ -20,6 +21,7 @@ mod lock;
 mod recipe;
 mod record;
 mod second;
+mod standing;
 mod store;
 mod upkeep;
 pub use digest::{Digest, Hex};
@@ -28,5 +30,6 @@ pub use lock::{Claim, InUse};
 pub use recipe::{Asked, Change, Plugged, Recipe, Slot};
 pub use record::{Entry, Record};
 pub use second::{Copied, Second};
+pub use standing::Standing;
 pub use store::{Found, Store};
 pub use upkeep::{Collected, Limits, Problem, Repaired, Shelf, Stats, Verified};

@@ -99,8 +99,8 @@ impl Asked<'_> {
         let mut image = Vec::with_capacity(2048);
         self.walk(&mut |name, tag, text| {
             for part in [name, text] {
-                image.extend((part.len() as u64).to_le_bytes());
-                image.extend(part.as_bytes());
+                image.extend_from_slice(&(part.len() as u64).to_le_bytes());
+                image.extend_from_slice(part.as_bytes());
             }
             image.push(tag as u8);
         });

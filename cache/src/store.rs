@@ -38,7 +38,8 @@ pub enum Found {
 /// A store: a folder of results by what was asked.
 pub struct Store {
     pub(crate) root: PathBuf,
-    pub(crate) index: Mutex<Index>,
+    /// Read when it is first needed.
+    index: OnceLock<Mutex<Index>>,
     serial: AtomicU64,
     /// The folder of the objects, held open: a look at one of them is then a way of two names.
     objects: OnceLock<OwnedFd>,
@@ -61,14 +62,10 @@ impl Store {
         let root = root.into();
         check_place(&root)?;
         check_format(&root)?;
-        let (at, mut notices) = (root.join("index"), Vec::new());
-        let index = Index::load(at.clone()).unwrap_or_else(|_| {
-            notices.push(set_index_aside(&root));
-            Index::empty(at)
-        });
         let (serial, ready) = (AtomicU64::new(0), AtomicBool::new(false));
-        let (objects, notices, second_is_lost) = (OnceLock::new(), Mutex::new(notices), AtomicBool::new(false));
-        Ok(Store { root, index: Mutex::new(index), serial, objects, ready, notices, second: None, second_is_lost })
+        let (index, objects, notices) = (OnceLock::new(), OnceLock::new(), Mutex::default());
+        let second_is_lost = AtomicBool::new(false);
+        Ok(Store { root, index, serial, objects, ready, notices, second: None, second_is_lost })
     }
 
     /// Its folder.
@@ -86,7 +83,15 @@ impl Store {
     }
 
     pub(crate) fn index(&self) -> MutexGuard<'_, Index> {
-        self.index.lock().unwrap_or_else(PoisonError::into_inner)
+        let index = self.index.get_or_init(|| {
+            let at = self.root.join("index");
+            let read = Index::load(at.clone()).unwrap_or_else(|_| {
+                self.notice(set_index_aside(&self.root));
+                Index::empty(at)
+            });
+            Mutex::new(read)
+        });
+        index.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     pub(crate) fn path(&self, shelf: &str, d: Digest) -> PathBuf {
@@ -223,7 +228,7 @@ impl Store {
     }
 
     /// Size [B] of the object with digest `d`, and when it was written [ns since 1970].
-    fn object_mark(&self, d: Digest) -> Option<(u64, i64)> {
+    pub(crate) fn object_mark(&self, d: Digest) -> Option<(u64, i64)> {
         let folder = match self.objects.get() {
             Some(folder) => folder,
             None => {

@@ -53,6 +53,38 @@ fn whole(store: &Store, key: Digest) -> bool {
     matches!(store.find(key), Found::Whole(_))
 }
 
+/// Results stand until one of them is edited, written anew or removed, or somebody adds to the store or tidies it up.
+#[test]
+fn results_stand_until_something_changes() {
+    let folder = tempfile::tempdir().unwrap();
+    let store = Store::open(folder.path()).unwrap();
+    let (keys, outputs): (Vec<Digest>, Vec<Digest>) = (0..3).map(|n| store_result(&store, n)).unzip();
+    let standing = || Store::open(folder.path()).unwrap().standing(keys.iter().copied()).unwrap();
+    let stands = |before| Store::open(folder.path()).unwrap().stands(before);
+    let before = standing();
+    assert!(stands(&before) && standing() == before);
+    let path = object(folder.path(), outputs[1]);
+    let (good, time) = (fs::read(&path).unwrap(), fs::metadata(&path).unwrap().modified().unwrap());
+    let set_time = |time| fs::File::options().write(true).open(&path).unwrap().set_modified(time).unwrap();
+    fs::write(&path, b"other 1!").unwrap();
+    set_time(time + Duration::from_nanos(1));
+    assert!(!stands(&before), "edited");
+    fs::write(&path, b"shorter").unwrap();
+    set_time(time);
+    assert!(!stands(&before), "another size");
+    fs::remove_file(&path).unwrap();
+    assert!(!stands(&before), "gone");
+    fs::write(&path, good).unwrap();
+    set_time(time);
+    assert!(stands(&before));
+    store_result(&store, 3);
+    assert!(!stands(&before), "something was added");
+    let later = standing();
+    store.repair().unwrap();
+    assert!(!stands(&later), "the index was written anew");
+    assert_eq!(store.standing([recipe(9).key()].into_iter()), None);
+}
+
 #[test]
 fn the_latest_results_of_a_kind_come_first() {
     let folder = tempfile::tempdir().unwrap();

@@ -4,13 +4,14 @@ use crate::console::{self, Console, Mode, duration, warn};
 use crate::events::{Line, Listener, RunLine};
 use crate::execute::{self, Options, Outcome, Remote, Report};
 use crate::history::Last;
-use crate::pipeline::{Executor, Pipeline};
+use crate::pipeline::{self, Executor, Pipeline};
 use crate::plan::Plan;
 use crate::watch::Watch;
-use crate::{amount, forecast, history, outputs, report};
+use crate::{amount, forecast, history, outputs, report, unchanged};
 use hvi_kit::{Cancel, Store};
+use std::path::Path;
 use std::process::ExitCode;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// What `run` is told.
 #[derive(clap::Args)]
@@ -75,6 +76,23 @@ impl Args {
         }
     }
 
+    /// Whether the run is one of all of the study, on this machine.
+    fn is_plain(&self, pipeline: &Pipeline) -> bool {
+        self.only.is_empty() && !self.is_remote(pipeline)
+    }
+
+    /// What a run says that has nothing to do, where that is known without a plan.
+    fn unchanged(&self) -> Option<String> {
+        if !self.only.is_empty() || self.executor.is_some() || self.watch {
+            return None;
+        }
+        let (start, name) = (Instant::now(), pipeline::name(&self.study.pipeline));
+        let (folder, store) = (self.out.folder_of(&name), self.study.store().ok()?);
+        let hits = unchanged::nodes(&self.study.pipeline, &self.study.set, &folder, &store)?;
+        let counts = Counts { hits, ..Counts::default() };
+        Some(counts.said(&name, start.elapsed().as_secs_f64(), &outputs::page(&folder)))
+    }
+
     fn is_remote(&self, pipeline: &Pipeline) -> bool {
         self.executor.or(pipeline.settings.executor) == Some(Executor::Slurm)
     }
@@ -90,6 +108,12 @@ pub fn run(args: &Args) -> Done {
         (false, true) => Mode::Quiet,
         (false, false) => Mode::detect(),
     };
+    if mode != Mode::Json
+        && let Some(said) = args.unchanged()
+    {
+        warn(format_args!("{said}"));
+        return Ok(ExitCode::SUCCESS);
+    }
     let (pipeline, plan) = args.study.read(&args.only)?;
     pipeline.remarks.iter().for_each(|text| warn(format_args!("{text}")));
     let folder = args.out.folder(&pipeline);
@@ -142,12 +166,10 @@ pub fn run(args: &Args) -> Done {
     let counts = Counts::of(&report);
     match mode {
         Mode::Json => console::json(&Line::Run(counts.line(report.seconds))),
-        _ => warn(format_args!(
-            "{}: {counts} in {}; {}",
-            pipeline.name,
-            duration(report.seconds),
-            written.page.display()
-        )),
+        _ => warn(format_args!("{}", counts.said(&pipeline.name, report.seconds, &written.page))),
+    }
+    if args.is_plain(&pipeline) {
+        unchanged::note(&pipeline, &args.study.set, &plan, &report, &store, &folder, &written);
     }
     if counts.cancelled > 0 {
         warn(format_args!("stopped: what was finished is kept, the same command goes on from there"));
@@ -222,6 +244,10 @@ impl Counts {
             } += 1;
         }
         c
+    }
+
+    fn said(&self, study: &str, seconds: f64, page: &Path) -> String {
+        format!("{study}: {self} in {}; {}", duration(seconds), page.display())
     }
 
     fn line(&self, time: f64) -> RunLine<'static> {

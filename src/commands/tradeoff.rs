@@ -137,7 +137,7 @@ fn write(folder: &Path, command: &str, question: &str, outcomes: &[Outcome<'_>])
             key: String::new(),
             params: [].into(),
             swept: Vec::new(),
-            scalars: Vec::new(),
+            scalars: [].into(),
             views,
             unread: Unread::default(),
         };

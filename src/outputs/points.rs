@@ -20,7 +20,7 @@ pub fn point(plan: &Plan, run: &Report, store: &Store, id: NodeId, unreadable: &
 fn show(point: &mut Point, plan: &Plan, run: &Report, store: &Store, id: NodeId, unreadable: &mut Vec<String>) {
     if let Some(entry) = run.outcomes[id].entry() {
         match (plan.nodes[id].stage.show)(entry.output, store) {
-            Ok(shown) => (point.scalars, point.views) = (shown.scalars, shown.views),
+            Ok(shown) => (point.scalars, point.views) = (shown.scalars.into(), shown.views),
             Err(e) => {
                 unreadable.push(format!("{}: its result can't be read: {e}", plan.label(id)));
                 point.state = State::Failed(e.to_string());
@@ -46,7 +46,7 @@ fn bare_point(plan: &Plan, run: &Report, id: NodeId, params: Arc<[(String, Strin
         key: run.keys[id].map(|k| k.to_string()).unwrap_or_default(),
         params,
         swept: node.swept.clone(),
-        scalars: Vec::new(),
+        scalars: Arc::default(),
         views: Vec::new(),
         unread: Unread::default(),
     }
@@ -57,10 +57,8 @@ pub struct Reader<'a> {
     pub plan: &'a Plan,
     pub run: &'a Report,
     pub store: &'a Store,
-    /// What results showed when they were last read.
-    pub known: Briefs,
-    /// What those of this run show.
-    pub read: Briefs,
+    /// What results showed when they were last read, and what those of this run show.
+    pub briefs: Briefs,
     pub unreadable: Vec<String>,
 }
 
@@ -75,29 +73,32 @@ impl Reader<'_> {
         for id in nodes {
             let output = self.run.outcomes[id].entry().map(|entry| *entry.output.bytes()).filter(|_| is_wide);
             let mut point = bare_point(self.plan, self.run, id, params.clone());
-            let brief =
-                output.and_then(|output| self.known.remove(&output).or_else(|| self.read.get(&output).cloned()));
             let is_shown = |brief: &Brief| {
                 brief.pictures > 0 && pictures < report::MOST_PICTURES_A_SWEEP
                     || brief.more && more < report::MOST_POINTS_SHOWN
             };
-            let mut brief = brief.filter(|brief| !is_shown(brief) || !brief.views.is_empty());
-            match &brief {
+            let brief = output.and_then(|output| self.briefs.get(&output));
+            match brief.filter(|brief| !is_shown(brief) || !brief.views.is_empty()) {
                 Some(brief) => (point.scalars, point.views) = (brief.scalars.clone(), brief.views.clone()),
                 None => {
                     show(&mut point, self.plan, self.run, self.store, id, &mut self.unreadable);
-                    brief = (!matches!(point.state, State::Failed(_))).then(|| Brief::of(&point.scalars, &point.views));
+                    if let (Some(output), State::Hit | State::Ran) = (output, &point.state) {
+                        self.briefs.insert(output, Brief::of(&point.scalars, &point.views));
+                    }
                 }
             }
-            if let (Some(output), Some(mut brief)) = (output, brief) {
-                if !is_shown(&brief) {
+            if let Some(brief) = output.and_then(|output| self.briefs.get_mut(&output)) {
+                if !is_shown(brief) {
                     point.unread = Unread { pictures: brief.pictures, more: brief.more };
-                    // What nobody looks at need not be kept.
-                    (point.views, brief.views) = (Vec::new(), Vec::new());
+                    point.views = Vec::new();
+                    if !brief.is_used {
+                        // What nobody looks at need not be kept.
+                        brief.views = Vec::new();
+                    }
                 }
+                brief.is_used = true;
                 pictures += brief.pictures;
                 more += usize::from(brief.more);
-                self.read.insert(output, brief);
             }
             points.push(point);
         }

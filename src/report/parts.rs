@@ -222,7 +222,7 @@ pub fn sweep(points: &[Point]) -> Option<Grid> {
         keys.push(("point".into(), String::new()));
     }
     let mut scalars: Vec<&Scalar> = Vec::new();
-    for scalar in points.iter().flat_map(|p| &p.scalars) {
+    for scalar in points.iter().flat_map(|p| &p.scalars[..]) {
         if !scalars.iter().any(|s| s.name == scalar.name) {
             scalars.push(scalar);
         }

@@ -11,7 +11,7 @@ fn point(label: &str, state: State) -> Point {
         key: "0123abcd".into(),
         params: [("atoms".to_string(), "500".to_string())].into(),
         swept: label.split(", ").filter_map(split).collect(),
-        scalars: vec![Scalar::number("pressure", 32.512345, "GPa")],
+        scalars: [Scalar::number("pressure", 32.512345, "GPa")].into(),
         views: vec![],
         unread: Unread::default(),
     }
@@ -128,12 +128,12 @@ fn the_page_stands_alone() {
 fn names_are_escaped_everywhere() {
     let evil = "<script>alert('x')</script>\"";
     let mut bad = point(&format!("{evil}={evil}"), State::Failed(evil.into()));
-    bad.scalars = vec![Scalar::text(evil, evil)];
+    bad.scalars = [Scalar::text(evil, evil)].into();
     bad.params = [(evil.to_string(), evil.to_string())].into();
     bad.swept = vec![(evil.into(), evil.into())];
     let mut shown = point("", State::Hit);
     shown.key = evil.into();
-    shown.scalars = vec![Scalar::number(evil, 1.0, evil)];
+    shown.scalars = [Scalar::number(evil, 1.0, evil)].into();
     let text = || evil.to_string();
     let rows = vec![vec![Cell::Text(text())]];
     shown.views = vec![

@@ -187,7 +187,7 @@ fn a_great_study_opens() {
         key: format!("{k:064x}"),
         params: vec![("atoms".to_string(), "500".to_string())].into(),
         swept: vec![("velocity".into(), format!("{k} m/s"))],
-        scalars: vec![Scalar::number("pressure", k as f64, "GPa")],
+        scalars: [Scalar::number("pressure", k as f64, "GPa")].into(),
         views: vec![figure()],
         unread: report::Unread::default(),
     };

@@ -44,10 +44,11 @@ fn with_file() -> Project {
     project
 }
 
-/// Results for people, but for the page, which tells hits from computed results.
+/// Results for people, but for the page, which tells hits from computed results, and the notes that save work.
 fn tables(project: &Project) -> Vec<(PathBuf, Vec<u8>)> {
     let mut all = project.files("out");
-    all.retain(|(path, _)| !path.ends_with("report.html") && !path.ends_with(".manifest.json"));
+    let is_note = |path: &Path| path.file_name().unwrap().to_string_lossy().starts_with('.');
+    all.retain(|(path, _)| !path.ends_with("report.html") && !is_note(path));
     assert!(!all.is_empty());
     all
 }
