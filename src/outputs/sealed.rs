@@ -40,7 +40,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("kept");
         assert_eq!(read::<Vec<f64>>(&path), None);
-        publish(&path, &[0.1, 0.2]).unwrap();
+        publish(&path, &vec![0.1, 0.2]).unwrap();
         assert_eq!(read(&path), Some(vec![0.1, 0.2]));
         let mut bytes = fs::read(&path).unwrap();
         *bytes.last_mut().unwrap() ^= 1;
