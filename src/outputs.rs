@@ -408,7 +408,8 @@ pub fn export(folder: &Path, step: &str, points: &[Point]) -> io::Result<Exporte
     Writer { folder, files: BTreeMap::new(), old: BTreeMap::new() }.step(step, points)
 }
 
-/// A row a point: what the sweep sets, and the scalars of the results; nothing where no point has a result.
+/// A row a point: what the sweep sets, and the scalars of the results, but for those that only repeat it; nothing where no
+/// point has a result.
 pub fn compare(step: &str, points: &[Point]) -> Option<Table> {
     let mut keys: Vec<&String> = Vec::new();
     for (key, _) in points.iter().flat_map(|p| &p.swept) {
@@ -420,11 +421,18 @@ pub fn compare(step: &str, points: &[Point]) -> Option<Table> {
     let swept: Vec<(String, Vec<Cell>)> = keys.iter().map(|key| swept_column(key, points)).collect();
     let mut columns: Vec<(String, String)> =
         keys.iter().zip(&swept).map(|(k, (unit, _))| (k.to_string(), unit.clone())).collect();
-    columns.extend(named.scalars.iter().map(|s| (s.name.clone(), s.unit.clone())));
+    let value = |p: &Point, s: &Scalar| {
+        p.scalars.iter().find(|own| own.name == s.name).map_or(Cell::Empty, |own| own.value.clone())
+    };
+    // A result may say again what the sweep set.
+    let is_repeated = |s: &&Scalar| {
+        let same = |cells: &[Cell]| points.iter().zip(cells).all(|(p, cell)| value(p, s) == *cell);
+        keys.iter().zip(&swept).any(|(key, (unit, cells))| **key == s.name && *unit == s.unit && same(cells))
+    };
+    let scalars: Vec<&Scalar> = named.scalars.iter().filter(|s| !is_repeated(s)).collect();
+    columns.extend(scalars.iter().map(|s| (s.name.clone(), s.unit.clone())));
     let row = |(i, p): (usize, &Point)| {
-        let value =
-            |s: &Scalar| p.scalars.iter().find(|own| own.name == s.name).map_or(Cell::Empty, |own| own.value.clone());
-        swept.iter().map(|(_, cells)| cells[i].clone()).chain(named.scalars.iter().map(value)).collect()
+        swept.iter().map(|(_, cells)| cells[i].clone()).chain(scalars.iter().map(|s| value(p, s))).collect()
     };
     Some(Table { title: step.into(), columns, rows: points.iter().enumerate().map(row).collect(), note: String::new() })
 }

@@ -68,7 +68,8 @@ pub fn run(args: &Args) -> Done {
     if there.len() < nodes.len() {
         warn(format_args!("{} of {} results are not in the store", nodes.len() - there.len(), nodes.len()));
     }
-    say(format_args!("{} results in {} files: {}", there.len(), parts.len(), args.to.display()));
+    let results = if there.len() == 1 { "result" } else { "results" };
+    say(format_args!("{} {results} in {} files: {}", there.len(), parts.len(), args.to.display()));
     Ok(ExitCode::from(u8::from(!unreadable.is_empty())))
 }
 

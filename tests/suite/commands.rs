@@ -1,5 +1,5 @@
 //! Every command beside `run`: what it says, and what it says of bad input.
-use super::project::Project;
+use super::project::{Project, SLOW};
 use std::path::Path;
 
 /// A chain of two cheap, real stages.
@@ -247,6 +247,23 @@ fn compare_is_a_table_over_the_points() {
         std::fs::read(project.path("out/study/metal.csv")).unwrap()
     );
     assert_eq!(project.hvi(&["compare", "study.toml", "metals"]).code, 2);
+}
+
+/// An impact's own numbers name its velocity: where the sweep sets it, it has one column.
+#[test]
+fn what_a_sweep_sets_is_one_column() {
+    let impact = SLOW.replace("cells = 8\nend = \"3 us\"", "cells = 2\nend = \"0.1 us\"");
+    let swept = impact.replace("velocity = \"2 km/s\"", "sweep = { velocity = [\"2 km/s\", \"2500 m/s\"] }");
+    let project = Project::new(&swept.replace("2500 m/s", "2.5 km/s"));
+    project.run();
+    let head = |project: &Project| {
+        project.hvi(&["compare", "study.toml", "slow", "--csv"]).out.lines().next().unwrap().to_string()
+    };
+    assert_eq!(head(&project).matches("velocity").count(), 1, "{}", head(&project));
+    // Written in other units it is another column.
+    project.write("study.toml", &swept);
+    project.run();
+    assert_eq!(head(&project).matches("velocity").count(), 2, "{}", head(&project));
 }
 
 #[test]
