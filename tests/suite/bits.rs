@@ -43,6 +43,12 @@ table = "table.txt"
 [step.curves]
 use = "eos.curves"
 eos = "@metal"
+[step.survey]
+use = "eos.survey"
+eos = "@table"
+reference = "@metal"
+calls = 20_000
+states = 256
 [step.hugoniot]
 use = "validate.hugoniot"
 eos = "@copper"
