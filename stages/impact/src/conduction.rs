@@ -30,6 +30,7 @@ pub fn conduct<const D: usize>(
     if !mark(store, grid.blocks()) {
         return;
     }
+    grid.clear_heat();
     let mut heat = std::mem::take(&mut grid.heat);
     let fields = heat.iter_mut().map(|field| Shared::new(field)).collect();
     crew.each(store, setting, &Give { setting, fields, dt });
@@ -76,6 +77,9 @@ impl<const D: usize> Task<D> for Give<'_, D> {
             clear_window(site, &mut windows[0]);
             for group in site.groups.iter().filter(own) {
                 for (k, pack) in group.packs.iter().enumerate() {
+                    if let Some(next) = group.packs.get(k + 1) {
+                        next.prefetch_heat();
+                    }
                     lines.fill::<R, D, N, false, false>(&pack.position, &origin, setting.method.kernel, setting.cell);
                     let m = pack.matter.load::<R>();
                     let closed = R::of(1.0) - m.open();
@@ -118,6 +122,9 @@ impl<const D: usize> Task<D> for Take<'_, D> {
             for group in site.groups.iter_mut().filter(|group| setting.material(group.body) == material) {
                 for k in 0..group.packs.len() {
                     let live = group.live(k);
+                    if let Some(next) = group.packs.get(k + 1) {
+                        next.prefetch_heat();
+                    }
                     let pack = &mut group.packs[k];
                     lines.fill::<R, D, N, false, false>(&pack.position, &origin, setting.method.kernel, setting.cell);
                     sums[0].mean = [[0.0; 4]; 8];

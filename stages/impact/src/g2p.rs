@@ -72,7 +72,12 @@ impl<const D: usize> Task<D> for Update<'_, D> {
                     }
                     let Desk { lines, windows, sums, .. } = &mut *desk;
                     let pack = &mut group.packs[k];
-                    lines.fill::<R, D, N, true, true>(&pack.position, &origin, method.kernel, self.setting.cell);
+                    let (kernel, cell) = (method.kernel, self.setting.cell);
+                    if N > 2 {
+                        lines.fill::<R, D, N, true, true>(&pack.position, &origin, kernel, cell);
+                    } else {
+                        lines.fill::<R, D, N, true, false>(&pack.position, &origin, kernel, cell);
+                    }
                     if live < 8 {
                         *sums = [Sums::NONE; 4];
                     }
@@ -289,9 +294,8 @@ pub fn keep_where_alone<R: Eight>(m: &mut Matter<R>, old: &Matter<R>, least: R, 
 /// 1 for the first `live` lanes, else 0.
 #[inline(always)]
 pub fn counted<R: Eight>(live: usize) -> R {
-    let mut counted = [0.0; 8];
-    counted[..live].fill(1.0);
-    R::load(&counted)
+    const COUNTED: [f64; 16] = [1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+    R::load(COUNTED[8 - live..].first_chunk().expect("eight more"))
 }
 
 /// Packs done together: what goes to the equation of state and comes back stays in the first cache.

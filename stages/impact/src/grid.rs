@@ -65,12 +65,15 @@ impl<const D: usize> Grid<D> {
         }
         let count = self.blocks.len() * const { block::<D>() };
         self.heat.resize(materials, Vec::new());
-        let Grid { start, force, heat, .. } = self;
-        for field in [start, force].into_iter().chain(heat) {
-            field.resize(count.max(field.len()), [0.0; 4]);
-            field[..count].fill([0.0; 4]);
-        }
+        clear(&mut self.start, count);
+        clear(&mut self.force, count);
         self.find_mirrors(mirrors);
+    }
+
+    /// Makes the sums of heat conduction zero.
+    pub fn clear_heat(&mut self) {
+        let count = self.blocks.len() * const { block::<D>() };
+        self.heat.iter_mut().for_each(|field| clear(field, count));
     }
 
     /// Nodes next to a mirror reach behind it to one layer, whose partners in front are on the same windows.
@@ -153,7 +156,8 @@ impl<const D: usize> Grid<D> {
         let count = self.blocks.len() * const { block::<D>() };
         for (force, start) in self.force[..count].iter_mut().zip(&self.start) {
             let kick = if start[0] > cut { dt / start[0] } else { 0.0 };
-            *force = force.map(|f| f * kick);
+            let [a, x, y, z] = *force;
+            *force = [a * kick, x * kick, y * kick, z * kick];
         }
     }
 
@@ -191,6 +195,12 @@ impl<const D: usize> Grid<D> {
     }
 }
 
+/// Makes the first `count` nodes of a field zero; it never shrinks.
+fn clear(field: &mut Vec<Node>, count: usize) {
+    field.resize(count.max(field.len()), [0.0; 4]);
+    field[..count].as_flattened_mut().fill(0.0);
+}
+
 /// The image of a vector in a mirror across axis `d`.
 fn turned(mut node: Node, d: usize) -> Node {
     node[d + 1] = -node[d + 1];
@@ -213,16 +223,18 @@ struct Row {
     length: usize,
 }
 
-/// Visits the rows of what `site` touches. A macro, since a closure would not be compiled for the lanes' processor.
+/// Visits the rows of what `site` touches. A macro, since a closure would not be compiled for the lanes' processor; iterators over
+/// several slices are not inlined there, so loops over rows count.
 macro_rules! rows {
     ($site:ident, |$row:ident| $body:block) => {
         let (edge, span, row) = const { (edge::<D>(), span::<D>(), row::<D>()) };
-        let [xs, ys, zs] = $site.touched.map(|[low, high]| [low as usize, high as usize]);
-        for x in xs[0]..xs[1] {
-            for y in ys[0]..ys[1] {
+        let [xs, ys, zs] = &$site.touched;
+        let (start, end) = (zs[0] as usize, zs[1] as usize);
+        for x in xs[0] as usize..xs[1] as usize {
+            for y in ys[0] as usize..ys[1] as usize {
                 for half in 0..2 {
-                    let from = if half == 0 { zs[0] } else { edge.max(zs[0]) };
-                    let to = if half == 0 { zs[1].min(edge) } else { zs[1] };
+                    let from = if half == 0 { start } else { edge.max(start) };
+                    let to = if half == 0 { end.min(edge) } else { end };
                     if from < to {
                         let corner = match D {
                             1 => half,
@@ -280,9 +292,10 @@ impl<'a> Shared<'a> {
         rows!(site, |row| {
             // SAFETY: the row is the site's.
             let nodes = unsafe { self.row(&row) };
-            for (to, from) in nodes.iter_mut().zip(&window.0[row.window..]) {
+            let from = &window.0[row.window..][..row.length];
+            for k in 0..row.length {
                 for c in 0..4 {
-                    to[c] += from[c];
+                    nodes[k][c] += from[k][c];
                 }
             }
         });
@@ -293,10 +306,13 @@ impl<'a> Shared<'a> {
 #[inline(always)]
 pub fn clear_window<const D: usize>(site: &Site<D>, window: &mut Window) {
     let (span, row) = const { (span::<D>(), row::<D>()) };
-    let [xs, ys, zs] = site.touched.map(|[low, high]| [low as usize, high as usize]);
-    for x in xs[0]..xs[1] {
-        for y in ys[0]..ys[1] {
-            window.0[(x * span + y) * row..][zs[0]..(zs[1] + 1).min(row)].fill([0.0; 4]);
+    let [xs, ys, zs] = &site.touched;
+    let (start, end) = (zs[0] as usize, (zs[1] as usize + 1).min(row));
+    for x in xs[0] as usize..xs[1] as usize {
+        for y in ys[0] as usize..ys[1] as usize {
+            for node in &mut window.0[(x * span + y) * row..][start..end] {
+                *node = [0.0; 4];
+            }
         }
     }
 }
@@ -317,10 +333,11 @@ pub fn see_velocity<const D: usize>(
     masses: &mut [f64; WINDOW],
 ) {
     rows!(site, |row| {
-        let windows = window.0[row.window..].iter_mut().zip(&mut masses[row.window..]);
-        for ((to, mass), from) in windows.zip(&grid.start[row.grid..][..row.length]) {
-            *mass = from[0];
-            *to = with_square([from[1] - own[0], from[2] - own[1], from[3] - own[2]]);
+        let from = &grid.start[row.grid..][..row.length];
+        let (to, mass) = (&mut window.0[row.window..][..row.length], &mut masses[row.window..][..row.length]);
+        for k in 0..row.length {
+            mass[k] = from[k][0];
+            to[k] = with_square([from[k][1] - own[0], from[k][2] - own[1], from[k][3] - own[2]]);
         }
     });
 }
@@ -337,17 +354,17 @@ pub fn see_end<const D: usize>(
     middle: &mut Window,
 ) {
     rows!(site, |row| {
-        let sums = grid.start[row.grid..].iter().zip(&grid.force[row.grid..]).take(row.length);
-        let windows = end.0[row.window..].iter_mut().zip(&mut middle.0[row.window..]);
-        for ((end, middle), (start, changes)) in windows.zip(sums) {
-            let mut last = [0.0; 3];
+        let (starts, changes) = (&grid.start[row.grid..][..row.length], &grid.force[row.grid..][..row.length]);
+        let (ends, middles) = (&mut end.0[row.window..][..row.length], &mut middle.0[row.window..][..row.length]);
+        for k in 0..row.length {
+            let (mut last, mut half) = ([0.0; 3], [0.0; 4]);
             for c in 0..3 {
-                let (v, change) = (start[c + 1] - own[c], changes[c + 1]);
+                let (v, change) = (starts[k][c + 1] - own[c], changes[k][c + 1]);
                 last[c] = if change_only { change } else { v + change };
-                middle[c + 1] = v + 0.5 * change;
+                half[c + 1] = v + 0.5 * change;
             }
-            middle[0] = 0.0;
-            *end = with_square(last);
+            middles[k] = half;
+            ends[k] = with_square(last);
         }
     });
 }
@@ -364,8 +381,9 @@ pub fn see_blend<const D: usize>(
 ) {
     let per_step = 1.0 / dt;
     rows!(site, |row| {
-        let sums = grid.start[row.grid..].iter().zip(&grid.force[row.grid..]).take(row.length);
-        for (k, (start, change)) in sums.enumerate() {
+        let (starts, changes) = (&grid.start[row.grid..][..row.length], &grid.force[row.grid..][..row.length]);
+        for k in 0..row.length {
+            let (start, change) = (&starts[k], &changes[k]);
             let (at, share) = (row.window + k, change[0] * per_step);
             let (mut product, mut square) = (0.0, 0.0);
             for c in 0..3 {
@@ -390,10 +408,12 @@ pub fn see_blend<const D: usize>(
 #[inline(always)]
 pub fn see_mean<const D: usize>(site: &Site<D>, grid: &Grid<D>, cut: f64, window: &mut Window) {
     rows!(site, |row| {
-        let sums = grid.start[row.grid..].iter().zip(&grid.force[row.grid..]).take(row.length);
-        for (to, (start, sum)) in window.0[row.window..].iter_mut().zip(sums) {
-            let per_mass = if start[0] > cut { 1.0 / start[0] } else { 0.0 };
-            *to = with_square([sum[1] * per_mass, sum[2] * per_mass, sum[3] * per_mass]);
+        let (starts, sums) = (&grid.start[row.grid..][..row.length], &grid.force[row.grid..][..row.length]);
+        let to = &mut window.0[row.window..][..row.length];
+        for k in 0..row.length {
+            let (mass, sum) = (starts[k][0], &sums[k]);
+            let per_mass = if mass > cut { 1.0 / mass } else { 0.0 };
+            to[k] = with_square([sum[1] * per_mass, sum[2] * per_mass, sum[3] * per_mass]);
         }
     });
 }
@@ -402,11 +422,12 @@ pub fn see_mean<const D: usize>(site: &Site<D>, grid: &Grid<D>, cut: f64, window
 #[inline(always)]
 pub fn see_heat<const D: usize>(site: &Site<D>, field: &[Node], window: &mut Window) {
     rows!(site, |row| {
-        for (to, from) in window.0[row.window..].iter_mut().zip(&field[row.grid..][..row.length]) {
-            let [mass, heat, share, _] = *from;
+        let (to, from) = (&mut window.0[row.window..][..row.length], &field[row.grid..][..row.length]);
+        for k in 0..row.length {
+            let [mass, heat, share, _] = from[k];
             let per_mass = if share > 0.0 { 1.0 / mass } else { 0.0 };
-            let part = (share * per_mass).min(1.0);
-            *to = [part, part * (heat * per_mass), 0.0, 0.0];
+            let part = if share * per_mass < 1.0 { share * per_mass } else { 1.0 };
+            to[k] = [part, part * (heat * per_mass), 0.0, 0.0];
         }
     });
 }
@@ -415,8 +436,9 @@ pub fn see_heat<const D: usize>(site: &Site<D>, field: &[Node], window: &mut Win
 #[inline(always)]
 pub fn see_scalar<const D: usize>(site: &Site<D>, field: &[f64], window: &mut Window) {
     rows!(site, |row| {
-        for (to, from) in window.0[row.window..].iter_mut().zip(&field[row.grid..][..row.length]) {
-            *to = [*from, 0.0, 0.0, 0.0];
+        let (to, from) = (&mut window.0[row.window..][..row.length], &field[row.grid..][..row.length]);
+        for k in 0..row.length {
+            to[k] = [from[k], 0.0, 0.0, 0.0];
         }
     });
 }

@@ -2,6 +2,7 @@
 use crate::particle::Particle;
 use crate::result::Ledger;
 use crate::step::{Setting, State};
+use hvi_eos::Points;
 
 /// Momentum along the impact, kinetic and internal energy (by body), mass: all times `multiple`.
 pub fn entry<const D: usize>(state: &State<D>, setting: &Setting<D>, multiple: f64, start: Option<&Ledger>) -> Ledger {
@@ -9,14 +10,14 @@ pub fn entry<const D: usize>(state: &State<D>, setting: &Setting<D>, multiple: f
     let moment = setting.method.moment(setting.cell);
     let (mut mass, mut momentum, mut kinetic, mut flying) = (0.0, 0.0, 0.0, 0.0);
     let mut internal = vec![0.0; setting.laws.len()];
-    for p in state.particles() {
+    state.visit(|p| {
         let (motion, inside) = (p.kinetic(moment), p.mass * p.energy);
         mass += p.mass;
         momentum += p.mass * p.velocity[0];
         kinetic += motion;
         internal[p.body as usize] += inside;
         flying += if p.alone { motion + inside } else { 0.0 };
-    }
+    });
     internal.iter_mut().for_each(|e| *e *= multiple);
     let mut entry = Ledger {
         time: state.time,
@@ -44,12 +45,23 @@ pub fn entry<const D: usize>(state: &State<D>, setting: &Setting<D>, multiple: f
 /// Internal energy by body and phase [J], at the volume of the intact matter.
 fn by_phase<const D: usize>(state: &State<D>, setting: &Setting<D>, multiple: f64) -> Vec<[f64; 5]> {
     let mut sums = vec![[0.0; 5]; setting.laws.len()];
-    for p in state.particles() {
-        let eos = &setting.laws[p.body as usize].eos;
-        let volume = eos.reference_volume() * p.ratio;
-        // What is under pressure is intact: only the rest needs its volume without it.
-        let intact = if p.unclamped >= 0.0 { volume } else { eos.relaxed_volume(volume, p.energy) };
-        sums[p.body as usize][eos.point(intact, p.energy).phase as usize] += multiple * p.mass * p.energy;
+    for (body, sums) in sums.iter_mut().enumerate() {
+        let eos = &setting.laws[body].eos;
+        let (mut volume, mut energy, mut heat) = (Vec::new(), Vec::new(), Vec::new());
+        state.visit(|p| {
+            if p.body as usize == body {
+                let own = eos.reference_volume() * p.ratio;
+                // What is under pressure is intact: only the rest needs its volume without it.
+                volume.push(if p.unclamped >= 0.0 { own } else { eos.relaxed_volume(own, p.energy) });
+                energy.push(p.energy);
+                heat.push(multiple * p.mass * p.energy);
+            }
+        });
+        let mut points = Points::default();
+        eos.evaluate_with(setting.instructions, &volume, &energy, &mut points);
+        for (phase, heat) in points.phase.iter().zip(heat) {
+            sums[*phase as usize] += heat;
+        }
     }
     sums
 }

@@ -38,14 +38,19 @@ impl<const D: usize> Task<D> for Momentum<'_, D> {
                 if let Some(next) = group.packs.get(k + 1) {
                     prefetch(&next.position);
                     prefetch(&next.velocity);
-                    prefetch(&next.affine);
                     prefetch(&next.matter.mass);
+                    if N > 2 {
+                        prefetch(&next.affine);
+                    }
                 }
-                lines.fill::<R, D, N, false, true>(&pack.position, &origin, method.kernel, self.setting.cell);
                 pack.momenta::<R>(constant);
                 // Linear weights know no affine motion; with the others it is zero where the transfer has none.
+                let (kernel, cell) = (method.kernel, self.setting.cell);
                 if N > 2 {
+                    lines.fill::<R, D, N, false, true>(&pack.position, &origin, kernel, cell);
                     pack.affine_momenta::<R>(columns);
+                } else {
+                    lines.fill::<R, D, N, false, false>(&pack.position, &origin, kernel, cell);
                 }
                 for lane in 0..group.live(k) {
                     if N > 2 {
@@ -101,12 +106,12 @@ impl<const D: usize> Task<D> for Force<'_, D> {
                     prefetch(next);
                 }
                 let (pack, at) = (&mut group.packs[k], &mut sums[0]);
-                lines.fill::<R, D, N, true, true>(
-                    &pack.position,
-                    &origin,
-                    self.setting.method.kernel,
-                    self.setting.cell,
-                );
+                let (kernel, cell) = (self.setting.method.kernel, self.setting.cell);
+                if N > 2 {
+                    lines.fill::<R, D, N, true, true>(&pack.position, &origin, kernel, cell);
+                } else {
+                    lines.fill::<R, D, N, true, false>(&pack.position, &origin, kernel, cell);
+                }
                 if live < 8 {
                     *at = Sums::NONE;
                 }

@@ -1,6 +1,6 @@
 //! Eight particles side by side.
 use crate::particle::{Matter, Particle};
-use hvi_kit::lanes::{Eight, Quads};
+use hvi_kit::lanes::{Eight, Quads, prefetch};
 
 /// Eight particles of one body: each quantity of all eight lies together. The last pack of a group may hold fewer; its other lanes
 /// keep old particles, so that their arithmetic is as tame, and nobody reads them.
@@ -25,6 +25,8 @@ pub struct Pack<const D: usize> {
     pub alone: [f64; 8],
     /// Numbers at the start.
     pub id: [u32; 8],
+    /// A bit for each that has left the block in its last step.
+    pub left: u8,
 }
 
 impl<const D: usize> Pack<D> {
@@ -40,33 +42,51 @@ impl<const D: usize> Pack<D> {
             heat: [0.0; 8],
             alone: [p.alone as u8 as f64; 8],
             id: [p.id; 8],
+            left: 0,
         }
     }
 
-    /// Particle `lane`, of `body`.
+    /// Particle `lane`, of `body`. (Plain loops here and in `set`: closures over arrays are not inlined.)
     #[inline(always)]
     pub fn get(&self, lane: usize, body: u8) -> Particle<D> {
-        Particle {
-            position: self.position.map(|x| x[lane]),
-            velocity: self.velocity.map(|x| x[lane]),
-            affine: self.affine.map(|row| row.map(|x| x[lane])),
-            matter: self.matter.get(lane),
-            id: self.id[lane],
-            body,
-            alone: self.alone[lane] != 0.0,
+        // No other lane: so that no index needs a look.
+        let lane = lane & 7;
+        let (mut position, mut velocity, mut affine) = ([0.0; D], [0.0; D], [[0.0; D]; D]);
+        for c in 0..D {
+            position[c] = self.position[c][lane];
+            velocity[c] = self.velocity[c][lane];
+            for d in 0..D {
+                affine[c][d] = self.affine[c][d][lane];
+            }
         }
+        let (matter, alone) = (self.matter.get(lane), self.alone[lane] != 0.0);
+        Particle { position, velocity, affine, matter, id: self.id[lane], body, alone }
     }
 
     /// Makes `p` particle `lane`; what lives within a step is left.
+    #[inline(always)]
     pub fn set(&mut self, lane: usize, p: &Particle<D>) {
+        let lane = lane & 7;
         for c in 0..D {
             self.position[c][lane] = p.position[c];
             self.velocity[c][lane] = p.velocity[c];
-            (0..D).for_each(|d| self.affine[c][d][lane] = p.affine[c][d]);
+            for d in 0..D {
+                self.affine[c][d][lane] = p.affine[c][d];
+            }
         }
         self.matter.set(lane, &p.matter);
         self.alone[lane] = p.alone as u8 as f64;
         self.id[lane] = p.id;
+    }
+
+    /// Has what heat conduction needs brought to the processor's first cache.
+    #[inline(always)]
+    pub fn prefetch_heat(&self) {
+        let m = &self.matter;
+        prefetch(&self.position);
+        for row in [&m.mass, &m.ratio, &m.energy, &m.damage, &m.unclamped, &m.divergence, &self.heat] {
+            prefetch(row);
+        }
     }
 
     /// Masses and momenta, a quad a particle, as a node has them.

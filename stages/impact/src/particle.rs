@@ -22,12 +22,19 @@ macro_rules! matter {
             /// Particle `lane`.
             #[inline(always)]
             pub fn get(&self, lane: usize) -> Matter<f64> {
-                Matter { $($name: self.$name[lane],)* stress: self.stress.map(|s| s[lane]) }
+                let mut stress = [0.0; 6];
+                for k in 0..6 {
+                    stress[k] = self.stress[k][lane];
+                }
+                Matter { $($name: self.$name[lane],)* stress }
             }
             /// Makes `m` particle `lane`.
+            #[inline(always)]
             pub fn set(&mut self, lane: usize, m: &Matter<f64>) {
                 $(self.$name[lane] = m.$name;)*
-                (0..6).for_each(|k| self.stress[k][lane] = m.stress[k]);
+                for k in 0..6 {
+                    self.stress[k][lane] = m.stress[k];
+                }
             }
             /// All eight.
             #[inline(always)]

@@ -42,9 +42,10 @@ impl<const D: usize> Task<D> for Listen {
     #[inline(always)]
     fn run<R: Eight, const N: usize>(&self, site: &mut Site<D>, _: &mut Desk) {
         let mut survey = Survey::<R, D>::new(site, self.frame, self.quiet);
-        for group in &site.groups {
-            for (k, pack) in group.packs.iter().enumerate() {
-                survey.see(pack, group.live(k));
+        for group in &mut site.groups {
+            for k in 0..group.packs.len() {
+                let live = group.live(k);
+                survey.see(&mut group.packs[k], live);
             }
         }
         survey.keep(site);
@@ -75,7 +76,7 @@ impl<R: Eight, const D: usize> Survey<R, D> {
 
     /// The first `live` of a pack.
     #[inline(always)]
-    pub fn see(&mut self, pack: &Pack<D>, live: usize) {
+    pub fn see(&mut self, pack: &mut Pack<D>, live: usize) {
         let (zero, one, counted) = (R::of(0.0), R::of(1.0), counted::<R>(live));
         let (c, divergence) = (R::load(&pack.matter.sound_speed), R::load(&pack.matter.divergence));
         let shared = counted * (one - R::load(&pack.alone));
@@ -93,9 +94,21 @@ impl<R: Eight, const D: usize> Survey<R, D> {
             place[d] = at;
         }
         self.square = self.square.max(sum * counted);
-        let stirred = R::of(1.0) - self.rests(&pack.matter.load(), sum);
-        self.stirred = self.stirred.max(stirred * counted);
-        self.left = self.left.max(outside * counted);
+        // One that is stirred is enough.
+        if !zero.any_less(self.stirred) {
+            let stirred = R::of(1.0) - self.rests(&pack.matter.load(), sum);
+            self.stirred = self.stirred.max(stirred * counted);
+        }
+        let outside = outside * counted;
+        self.left = self.left.max(outside);
+        pack.left = 0;
+        if zero.any_less(outside) {
+            let mut lanes = [0.0; 8];
+            outside.store(&mut lanes);
+            for lane in 0..8 {
+                pack.left |= ((lanes[lane] > 0.0) as u8) << lane;
+            }
+        }
         let stays = counted - outside;
         for d in 0..D {
             let low = place[d].where_less(zero, stays, R::of(f64::INFINITY));

@@ -223,6 +223,12 @@ impl<const D: usize> State<D> {
         self.store.iter()
     }
 
+    /// Shows every particle to `look`, in order: cheaper than [`State::particles`] where few of their numbers are wanted.
+    #[inline(always)]
+    pub fn visit(&self, look: impl FnMut(Particle<D>)) {
+        self.store.visit(look);
+    }
+
     /// How many particles there are.
     pub fn count(&self) -> usize {
         self.store.len()

@@ -9,7 +9,6 @@ use crate::particle::Particle;
 use crate::signal::Signal;
 use crate::step::Booked;
 use crate::table::Table;
-use hvi_kit::lanes::Real;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 /// Particles of one body in one block.
@@ -60,6 +59,8 @@ pub struct Store<const D: usize> {
     index: Table<D>,
     /// Colour and place in [`Store::sites`] by number in the index.
     seats: Vec<(u8, u32)>,
+    /// Particles on their way, kept between steps for its memory.
+    moved: Vec<Particle<D>>,
 }
 
 /// How positions become cells.
@@ -96,14 +97,22 @@ impl<const D: usize> Group<D> {
         self.count += 1;
     }
 
-    /// Takes particle `i` out; the last one takes its place.
-    fn remove(&mut self, i: usize) -> Particle<D> {
-        let gone = self.get(i);
-        self.count -= 1;
-        let last = self.get(self.count);
-        self.packs[i / 8].set(i % 8, &last);
+    /// Takes out those marked as having left, from the last to the first, so that the last one, which takes an empty place, always
+    /// stays.
+    fn part(&mut self, moved: &mut Vec<Particle<D>>) {
+        for k in (0..self.packs.len()).rev() {
+            while self.packs[k].left != 0 {
+                let lane = self.packs[k].left.ilog2() as usize;
+                self.packs[k].left &= !(1 << lane);
+                moved.push(self.packs[k].get(lane, self.body));
+                self.count -= 1;
+                if 8 * k + lane != self.count {
+                    let last = self.get(self.count);
+                    self.packs[k].set(lane, &last);
+                }
+            }
+        }
         self.packs.truncate(self.count.div_ceil(8));
-        gone
     }
 
     /// Particle `i`.
@@ -164,7 +173,7 @@ impl<const D: usize> Store<D> {
     /// Keeps `particles` but for those whose position isn't finite or lies more than 5e8 cells away: the first of them is told.
     pub fn new(particles: &[Particle<D>], frame: Frame) -> (Self, Option<Lost>) {
         let sites = std::array::from_fn(|_| Vec::new());
-        let mut store = Store { sites, frame, index: Table::default(), seats: Vec::new() };
+        let mut store = Store { sites, frame, index: Table::default(), seats: Vec::new(), moved: Vec::new() };
         let lost = particles.iter().filter_map(|p| store.insert(p).err()).reduce(|first, _| first);
         (store, lost)
     }
@@ -173,6 +182,16 @@ impl<const D: usize> Store<D> {
     pub fn iter(&self) -> impl Iterator<Item = Particle<D>> {
         let groups = self.sites.iter().flatten().flat_map(|site| &site.groups);
         groups.flat_map(|group| (0..group.count).map(|i| group.get(i)))
+    }
+
+    /// Shows every particle to `look`, in order.
+    #[inline(always)]
+    pub fn visit(&self, mut look: impl FnMut(Particle<D>)) {
+        for group in self.sites.iter().flatten().flat_map(|site| &site.groups) {
+            for i in 0..group.count {
+                look(group.get(i));
+            }
+        }
     }
 
     /// How many particles.
@@ -196,35 +215,17 @@ impl<const D: usize> Store<D> {
     /// # Errors
     /// [`Lost`] for one that has gone beyond the range of the grid.
     pub fn settle(&mut self) -> Result<(), Lost> {
-        let mut moved = Vec::new();
-        let frame = self.frame;
+        let mut moved = std::mem::take(&mut self.moved);
+        moved.clear();
         for site in self.sites.iter_mut().flatten().filter(|site| site.left) {
             site.left = false;
-            let (origin, edge) = (site.origin(), kernel::edge::<D>() as f64);
-            for group in &mut site.groups {
-                let mut k = 0;
-                while 8 * k < group.count {
-                    if all_inside(&group.packs[k].position, &origin, edge, &frame) {
-                        k += 1;
-                        continue;
-                    }
-                    let mut i = 8 * k;
-                    while i < group.count.min(8 * k + 8) {
-                        if inside(&group.get(i).position, &origin, edge, &frame) {
-                            i += 1;
-                        } else {
-                            moved.push(group.remove(i));
-                        }
-                    }
-                    k += 1;
-                }
-            }
+            site.groups.iter_mut().for_each(|group| group.part(&mut moved));
         }
-        if moved.is_empty() {
-            return Ok(());
+        if !moved.is_empty() {
+            moved.iter().try_for_each(|p| self.insert(p))?;
+            self.drop_empty();
         }
-        moved.iter().try_for_each(|p| self.insert(p))?;
-        self.drop_empty();
+        self.moved = moved;
         Ok(())
     }
 
@@ -331,31 +332,6 @@ impl<const D: usize> Store<D> {
     }
 }
 
-/// Whether a particle's first node lies in the block; no for a NaN.
-#[inline(always)]
-fn inside<const D: usize>(position: &[f64; D], origin: &[f64; D], edge: f64, frame: &Frame) -> bool {
-    (0..D).all(|d| {
-        let at = first_node(position[d], 1.0 / frame.cell, frame.reach).0 - origin[d];
-        0.0 <= at && at < edge
-    })
-}
-
-/// The same for all lanes of a pack. (Plain loops: compilers make vectors of them.)
-#[inline(always)]
-fn all_inside<const D: usize>(position: &[[f64; 8]; D], origin: &[f64; D], edge: f64, frame: &Frame) -> bool {
-    let per_cell = 1.0 / frame.cell;
-    let mut all = true;
-    for d in 0..D {
-        // floor(y) - o lies in 0..edge if and only if y lies in o..o + edge: both are whole numbers.
-        let (low, high) = (origin[d], origin[d] + edge);
-        for x in &position[d] {
-            let at = x.times(per_cell).plus(-frame.reach);
-            all &= low <= at && at < high;
-        }
-    }
-    all
-}
-
 impl<const D: usize> Serialize for Store<D> {
     fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
         (self.frame, self.iter().collect::<Vec<_>>()).serialize(to)
@@ -381,6 +357,28 @@ mod tests {
 
     const FRAME: Frame = Frame { cell: 1.0, reach: 1.0, apart: false };
 
+    /// Whether a particle's first node lies in the block; no for a NaN.
+    fn inside<const D: usize>(position: &[f64; D], origin: &[f64; D], edge: f64, frame: &Frame) -> bool {
+        (0..D).all(|d| {
+            let at = first_node(position[d], 1.0 / frame.cell, frame.reach).0 - origin[d];
+            0.0 <= at && at < edge
+        })
+    }
+
+    /// Marks what has left its block, as a step does.
+    fn mark(store: &mut Store<2>) {
+        for site in store.sites.iter_mut().flatten() {
+            site.left = true;
+            let origin = site.origin();
+            for group in &mut site.groups {
+                for i in 0..group.count {
+                    let out = !inside(&group.get(i).position, &origin, kernel::edge::<2>() as f64, &FRAME);
+                    group.packs[i / 8].left |= (out as u8) << (i % 8);
+                }
+            }
+        }
+    }
+
     /// After particles have moved at random, each is kept once, in the block it is in, and a store made anew of all of them in order is
     /// the same.
     #[test]
@@ -397,7 +395,7 @@ mod tests {
         assert!(lost.is_none());
         for _ in 0..20 {
             store.alter(|p| p.position = p.position.map(|x| x + 3.0 * uniform()));
-            store.sites.iter_mut().flatten().for_each(|site| site.left = true);
+            mark(&mut store);
             store.settle().expect("in reach");
             let mut ids: Vec<u32> = store.iter().map(|p| p.id).collect();
             ids.sort_unstable();

@@ -80,7 +80,9 @@ impl JohnsonCook {
     ///
     /// With it comes `A + B ep^n` at the end [Pa], `hardened` where nothing happens.
     ///
-    /// Newton's rule inside a bracket; the left side falls and the right one rises with x, so the root is single.
+    /// Halley's rule inside a bracket; the left side falls and the right one rises with x, so the root is single. The last step is
+    /// taken without looking at where it leads: what its third order leaves is bounded by that of the powers of x and of the
+    /// strain.
     #[inline(always)]
     pub fn plastic_increment<R: Real>(
         &self,
@@ -102,20 +104,37 @@ impl JohnsonCook {
                 break;
             }
             let total = strain + x;
-            hardened = self.hardened(total).where_less(zero, open, hardened);
+            let (per_strain, per_x) = (one / total.at_least(LEAST), one / x.at_least(LEAST));
+            let bar = self.hardened(total);
             let factor = self.rate_factor(x.times(1.0 / dt));
-            let excess = trial - x.times(stiffness) - hardened * factor * softening;
+            let excess = trial - x.times(stiffness) - bar * factor * softening;
             low = x.where_less(zero, excess, low);
             high = high.where_less(zero, excess, x);
-            let hardening = hardened.plus(-self.a.si()).times(self.n) / total.at_least(LEAST) * factor;
-            let rate = hardened.times(self.c) / x.at_least(LEAST);
-            let slope = (hardening + rate.where_less(one, factor, zero)) * softening;
-            let next = x + excess / slope.plus(stiffness);
-            let middle = (low + high).times(0.5);
-            let next = next.where_less(low, next, middle).where_less(next, high, middle);
-            let far = one.where_less(trial.times(1e-10), excess.size(), zero);
-            open = open * far.where_less(high.times(1e-15), high - low, zero);
-            x = next.where_less(zero, open, x);
+            // Slopes by x of the bar (over 1), and of the factor where it acts; then what both bend.
+            let hardening = bar.plus(-self.a.si()).times(self.n) * per_strain;
+            let rate = per_x.times(self.c);
+            let acting = rate.where_less(one, factor, zero);
+            let curving = hardening.times(self.n - 1.0) * per_strain;
+            let slope = ((hardening * factor + bar * acting) * softening).plus(stiffness);
+            let bend = (curving * factor + (hardening.times(2.0) - bar * per_x) * acting) * softening;
+            let plain = excess / slope;
+            let step = plain / ((bend * plain).times(0.5) / slope).plus(1.0).at_least(0.5);
+            let (next, middle) = (x + step, (low + high).times(0.5));
+            let within = one.where_less(low, next, zero).where_less(next, high, zero);
+            let next = next.where_less(zero, within, middle);
+            let close = trial.times(1e-10);
+            let remainder =
+                (curving.size() * factor + (hardening.times(2.0) + bar * per_x) * rate) * step * step * step * per_x;
+            let sure = one.where_less(remainder.size(), close, zero) * within;
+            // What is there stays; else it takes the step, for the last time where that is sure.
+            let there = zero.where_less(close, excess.size(), one);
+            let moves = open * (one - there);
+            let change = next - x;
+            let after = bar + change * (hardening + (curving * change).times(0.5));
+            hardened = bar.where_less(zero, open * there, hardened);
+            hardened = after.where_less(zero, moves, hardened);
+            x = next.where_less(zero, moves, x);
+            open = (moves * (one - sure)).where_less(high.times(1e-15), high - low, zero);
         }
         (x, hardened)
     }
