@@ -12,14 +12,16 @@
 //! leaves behind where it was born is the difference of the energy in its own profile from that of a sharp front: so a narrow
 //! profile with a foot of heat ahead of it leaves less, and the heat conduction pays for a smaller viscosity.
 use crate::g2p::NONE;
-use crate::grid::{Grid, Shared, clear_window, see_heat};
+use crate::grid::{Grid, Shared, clear_window};
+use crate::material::Law;
+use crate::pack::{Pack, ahead};
 use crate::step::Setting;
 use crate::store::{Group, Site, Store};
 use crate::task::{Crew, Desk, Task};
-use crate::transfer::{By, gather, spread};
-use hvi_kit::lanes::Eight;
+use crate::transfer::{By, spread};
+use hvi_kit::lanes::{Eight, Quads};
 
-/// Adds to each particle's heat what it gains in a step of `dt` [s].
+/// Brings to the grid what particles take back as they move on, see [`take`], in a step of `dt` [s].
 pub fn conduct<const D: usize>(
     store: &mut Store<D>,
     grid: &mut Grid<D>,
@@ -36,7 +38,6 @@ pub fn conduct<const D: usize>(
     crew.each(store, setting, &Give { setting, fields, dt });
     grid.heat = heat;
     grid.fold_heat();
-    crew.each(store, setting, &Take { setting, grid });
 }
 
 /// Has all blocks take part that share a node block with one in which matter is compressed; whether there are any.
@@ -77,7 +78,7 @@ impl<const D: usize> Task<D> for Give<'_, D> {
             clear_window(site, &mut windows[0]);
             for group in site.groups.iter().filter(own) {
                 for (k, pack) in group.packs.iter().enumerate() {
-                    if let Some(next) = group.packs.get(k + 1) {
+                    if let Some(next) = group.packs.get(k + ahead(N)) {
                         next.prefetch_heat();
                     }
                     lines.fill::<R, D, N, false, false>(&pack.position, &origin, setting.method.kernel, setting.cell);
@@ -98,47 +99,14 @@ impl<const D: usize> Task<D> for Give<'_, D> {
     }
 }
 
-/// Means over nodes, back to the particles.
-struct Take<'a, const D: usize> {
-    setting: &'a Setting<D>,
-    grid: &'a Grid<D>,
-}
-
-impl<const D: usize> Task<D> for Take<'_, D> {
-    const EACH_WIDTH: bool = true;
-
-    #[inline(always)]
-    fn run<R: Eight, const N: usize>(&self, site: &mut Site<D>, desk: &mut Desk) {
-        if !(site.conducts && site.moves) {
-            return;
-        }
-        let Desk { lines, windows, sums, .. } = desk;
-        let (setting, origin) = (self.setting, site.origin());
-        for (material, field) in self.grid.heat.iter().enumerate() {
-            if !site.groups.iter().any(|group| setting.material(group.body) == material) {
-                continue;
-            }
-            see_heat(site, field, &mut windows[0]);
-            for group in site.groups.iter_mut().filter(|group| setting.material(group.body) == material) {
-                for k in 0..group.packs.len() {
-                    let live = group.live(k);
-                    if let Some(next) = group.packs.get(k + 1) {
-                        next.prefetch_heat();
-                    }
-                    let pack = &mut group.packs[k];
-                    lines.fill::<R, D, N, false, false>(&pack.position, &origin, setting.method.kernel, setting.cell);
-                    sums[0].mean = [[0.0; 4]; 8];
-                    for lane in 0..live {
-                        gather::<R, D, N, false, false>(&windows[0], lines, lane, &mut sums[0]);
-                    }
-                    let [share, gain, ..] = R::columns(&sums[0].mean);
-                    let m = pack.matter.load::<R>();
-                    let heat = setting.laws[material].thermal_energy(m.ratio, m.energy);
-                    let gain = m.mass * (R::of(1.0) - m.open()) * (gain - share * heat);
-                    let gain = gain.where_less(R::of(0.0), share, R::of(0.0));
-                    (R::load(&pack.heat) + gain).store(&mut pack.heat);
-                }
-            }
-        }
-    }
+/// Adds to a pack's heat what it gains: `at` are the sums over its nodes of the share and of the share times the mean, see
+/// [`crate::grid::see_heat`].
+#[inline(always)]
+pub fn take<R: Eight, const D: usize>(pack: &mut Pack<D>, law: &Law, at: &Quads) {
+    let [share, gain, ..] = R::columns(at);
+    let m = pack.matter.load::<R>();
+    let heat = law.thermal_energy(m.ratio, m.energy);
+    let gain = m.mass * (R::of(1.0) - m.open()) * (gain - share * heat);
+    let gain = gain.where_less(R::of(0.0), share, R::of(0.0));
+    (R::load(&pack.heat) + gain).store(&mut pack.heat);
 }

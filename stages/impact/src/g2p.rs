@@ -1,10 +1,11 @@
 //! Grid to particles: velocity, affine field and position (step 4 of the method), then volume, stress, energy and
 //! equation of state (steps 5 to 7).
-use crate::grid::{Grid, see_blend, see_end};
+use crate::conduction;
+use crate::grid::{Grid, see_blend, see_end, see_heat};
 use crate::material::{Answer, HalfStep, Law};
 use crate::method::{Scheme, Transfer};
 use crate::p2g::full_gradient;
-use crate::pack::Pack;
+use crate::pack::{Pack, ahead};
 use crate::particle::Matter;
 use crate::signal::Survey;
 use crate::step::{Booked, Setting};
@@ -39,6 +40,7 @@ struct Accounts<R> {
 
 impl<const D: usize> Task<D> for Update<'_, D> {
     const EACH_WIDTH: bool = true;
+    const ADDS: bool = false;
 
     #[inline(always)]
     fn run<R: Eight, const N: usize>(&self, site: &mut Site<D>, desk: &mut Desk) {
@@ -59,18 +61,23 @@ impl<const D: usize> Task<D> for Update<'_, D> {
         let zero = R::of(0.0);
         let mut accounts = Accounts { transfer: zero, viscous: zero, floored: zero, limited: zero };
         let mut survey = Survey::<R, D>::new(site, self.frame, self.setting.quiet);
-        for group in &mut site.groups {
+        let mut groups = std::mem::take(&mut site.groups);
+        for group in &mut groups {
             let law = &self.setting.laws[group.body as usize];
             if method.scheme.deforms_last() {
                 group.extra.resize(group.packs.len(), [[0.0; 8]; D]);
             }
+            let heat = self.grid.heat.get(self.setting.material(group.body)).filter(|_| site.conducts);
+            if let Some(field) = heat {
+                see_heat(site, field, &mut desk.heat);
+            }
             for batch in batches(group.packs.len()) {
                 for k in batch.clone() {
                     let live = group.live(k);
-                    if let Some(next) = group.packs.get(k + 1) {
+                    if let Some(next) = group.packs.get(k + ahead(N)) {
                         prefetch(next);
                     }
-                    let Desk { lines, windows, sums, .. } = &mut *desk;
+                    let Desk { lines, windows, heat: warm, sums, .. } = &mut *desk;
                     let pack = &mut group.packs[k];
                     let (kernel, cell) = (method.kernel, self.setting.cell);
                     if N > 2 {
@@ -79,9 +86,13 @@ impl<const D: usize> Task<D> for Update<'_, D> {
                         lines.fill::<R, D, N, true, false>(&pack.position, &origin, kernel, cell);
                     }
                     if live < 8 {
-                        *sums = [Sums::NONE; 4];
+                        let used = if blends { 4 } else { 2 };
+                        for sums in &mut sums[..used] {
+                            *sums = Sums::NONE;
+                        }
+                        sums[4].mean = Sums::NONE.mean;
                     }
-                    let [end, middle, damped, still] = &mut *sums;
+                    let [end, middle, damped, still, share] = &mut *sums;
                     for lane in 0..live {
                         if blends {
                             gather::<R, D, N, false, true>(&windows[0], lines, lane, end);
@@ -98,12 +109,19 @@ impl<const D: usize> Task<D> for Update<'_, D> {
                         }
                         gather::<R, D, N, true, false>(&windows[1], lines, lane, middle);
                     }
+                    if heat.is_some() {
+                        for lane in 0..live {
+                            gather::<R, D, N, false, false>(warm, lines, lane, share);
+                        }
+                        conduction::take::<R, D>(pack, law, &share.mean);
+                    }
                     let extra = group.extra.get_mut(k);
                     self.advance::<R>(pack, extra, live, law, &own, sums, &mut accounts);
                 }
                 evaluate::<R, D>(group, batch, law, self.setting.instructions, desk, &mut survey, &mut site.booked);
             }
         }
+        site.groups = groups;
         survey.keep(site);
         site.booked.transfer = accounts.transfer.sum();
         site.booked.viscous = accounts.viscous.sum();
@@ -122,7 +140,7 @@ impl<const D: usize> Update<'_, D> {
         live: usize,
         law: &Law,
         own: &[f64; 3],
-        at: &[Sums; 4],
+        at: &[Sums; 5],
         accounts: &mut Accounts<R>,
     ) {
         let (setting, zero, one) = (self.setting, R::of(0.0), R::of(1.0));
@@ -223,7 +241,7 @@ impl<const D: usize> Update<'_, D> {
     /// particles of a node,
     /// `m (sum w [a^2 / 2 + s (u_0 - e).r + u_1.r] - |change of velocity|^2 / 2 - D |change of C|^2 / 2)`, with `u = u_0 + u_1 = v_p + C (x_i - x)`.
     #[inline(always)]
-    fn blend<R: Eight>(&self, pack: &mut Pack<D>, m: &Matter<R>, own: &[f64; 3], at: &[Sums; 4]) -> R {
+    fn blend<R: Eight>(&self, pack: &mut Pack<D>, m: &Matter<R>, own: &[f64; 3], at: &[Sums; 5]) -> R {
         let moment = self.setting.method.moment(self.setting.cell);
         let [end, middle, damped, still] = [0, 1, 2, 3].map(|k| R::columns(&at[k].mean));
         let mut heat = middle[0] + end[0];
@@ -323,7 +341,19 @@ pub fn evaluate<R: Eight, const D: usize>(
         law.specific_volume(R::load(&pack.matter.ratio)).store(v);
         *e = pack.matter.energy;
     }
-    law.answers(set, volume, energy, points);
+    // Dead lanes of the last pack have what its last particle has.
+    let filled = 8 * (batch.len() - 1) + group.live(batch.end - 1);
+    law.answers(set, &volume[..filled], &energy[..filled], points);
+    for array in [
+        &mut points.pressure,
+        &mut points.temperature,
+        &mut points.sound_speed,
+        &mut points.liquid,
+        &mut points.melting,
+    ] {
+        let last = array[filled - 1];
+        array.resize(8 * batch.len(), last);
+    }
     for (i, k) in batch.enumerate() {
         let live = group.live(k);
         let pack = &mut group.packs[k];

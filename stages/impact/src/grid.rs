@@ -7,6 +7,7 @@
 use crate::kernel::{edge, row, span};
 use crate::store::{SECOND, Site, Store};
 use crate::table::Table;
+use crate::task::Crew;
 use std::marker::PhantomData;
 
 /// Numbers at a node: mass [kg] and momentum [kg m/s], or force [N] after a place left free, or others in passes of their own.
@@ -143,22 +144,28 @@ impl<const D: usize> Grid<D> {
     }
 
     /// Makes momenta velocities; nodes of no more than `cut` [kg] stand still.
-    pub fn find_velocities(&mut self, cut: f64) {
-        for node in &mut self.start[..self.blocks.len() * const { block::<D>() }] {
-            let [mass, x, y, z] = *node;
-            let per_mass = if mass > cut { 1.0 / mass } else { 0.0 };
-            *node = [mass, x * per_mass, y * per_mass, z * per_mass];
-        }
+    pub fn find_velocities(&mut self, cut: f64, crew: &mut Crew, threads: usize) {
+        let count = self.blocks.len() * const { block::<D>() };
+        crew.nodes(threads, &mut self.start[..count], |_, piece| {
+            for node in piece {
+                let [mass, x, y, z] = *node;
+                let per_mass = if mass > cut { 1.0 / mass } else { 0.0 };
+                *node = [mass, x * per_mass, y * per_mass, z * per_mass];
+            }
+        });
     }
 
     /// Makes forces changes of velocity in a step of `dt` [s]; nodes of no more than `cut` [kg] stand still.
-    pub fn find_changes(&mut self, cut: f64, dt: f64) {
+    pub fn find_changes(&mut self, cut: f64, dt: f64, crew: &mut Crew, threads: usize) {
         let count = self.blocks.len() * const { block::<D>() };
-        for (force, start) in self.force[..count].iter_mut().zip(&self.start) {
-            let kick = if start[0] > cut { dt / start[0] } else { 0.0 };
-            let [a, x, y, z] = *force;
-            *force = [a * kick, x * kick, y * kick, z * kick];
-        }
+        let Grid { start, force, .. } = self;
+        crew.nodes(threads, &mut force[..count], |first, piece| {
+            for (force, start) in piece.iter_mut().zip(&start[first..]) {
+                let kick = if start[0] > cut { dt / start[0] } else { 0.0 };
+                let [a, x, y, z] = *force;
+                *force = [a * kick, x * kick, y * kick, z * kick];
+            }
+        });
     }
 
     /// Mirrors forces, or what else is there.

@@ -2,7 +2,7 @@
 use crate::particle::Particle;
 use crate::result::Ledger;
 use crate::step::{Setting, State};
-use hvi_eos::Points;
+use hvi_eos::{Eos, Instructions, Points};
 
 /// Momentum along the impact, kinetic and internal energy (by body), mass: all times `multiple`.
 pub fn entry<const D: usize>(state: &State<D>, setting: &Setting<D>, multiple: f64, start: Option<&Ledger>) -> Ledger {
@@ -10,6 +10,7 @@ pub fn entry<const D: usize>(state: &State<D>, setting: &Setting<D>, multiple: f
     let moment = setting.method.moment(setting.cell);
     let (mut mass, mut momentum, mut kinetic, mut flying) = (0.0, 0.0, 0.0, 0.0);
     let mut internal = vec![0.0; setting.laws.len()];
+    let mut intact: Vec<Intact> = setting.laws.iter().map(|_| Intact::default()).collect();
     state.visit(|p| {
         let (motion, inside) = (p.kinetic(moment), p.mass * p.energy);
         mass += p.mass;
@@ -17,8 +18,12 @@ pub fn entry<const D: usize>(state: &State<D>, setting: &Setting<D>, multiple: f
         kinetic += motion;
         internal[p.body as usize] += inside;
         flying += if p.alone { motion + inside } else { 0.0 };
+        intact[p.body as usize].add(&p, &setting.laws[p.body as usize].eos);
     });
     internal.iter_mut().for_each(|e| *e *= multiple);
+    let each = setting.laws.iter().zip(&intact);
+    let by_phase =
+        each.map(|(law, own)| own.by_phase(&law.eos, setting.instructions).map(|heat| multiple * heat)).collect();
     let mut entry = Ledger {
         time: state.time,
         step: state.steps,
@@ -26,7 +31,7 @@ pub fn entry<const D: usize>(state: &State<D>, setting: &Setting<D>, multiple: f
         momentum: multiple * momentum,
         kinetic: multiple * kinetic,
         internal,
-        by_phase: by_phase(state, setting, multiple),
+        by_phase,
         flying: multiple * flying,
         viscous: multiple * totals.viscous,
         transfer: multiple * totals.transfer,
@@ -42,28 +47,36 @@ pub fn entry<const D: usize>(state: &State<D>, setting: &Setting<D>, multiple: f
     entry
 }
 
-/// Internal energy by body and phase [J], at the volume of the intact matter.
-fn by_phase<const D: usize>(state: &State<D>, setting: &Setting<D>, multiple: f64) -> Vec<[f64; 5]> {
-    let mut sums = vec![[0.0; 5]; setting.laws.len()];
-    for (body, sums) in sums.iter_mut().enumerate() {
-        let eos = &setting.laws[body].eos;
-        let (mut volume, mut energy, mut heat) = (Vec::new(), Vec::new(), Vec::new());
-        state.visit(|p| {
-            if p.body as usize == body {
-                let own = eos.reference_volume() * p.ratio;
-                // What is under pressure is intact: only the rest needs its volume without it.
-                volume.push(if p.unclamped >= 0.0 { own } else { eos.relaxed_volume(own, p.energy) });
-                energy.push(p.energy);
-                heat.push(multiple * p.mass * p.energy);
-            }
-        });
-        let mut points = Points::default();
-        eos.evaluate_with(setting.instructions, &volume, &energy, &mut points);
-        for (phase, heat) in points.phase.iter().zip(heat) {
+/// Matter of a body at the volume it has itself, without voids: what its phase depends on.
+#[derive(Default)]
+struct Intact {
+    /// Specific volumes [m3/kg].
+    volume: Vec<f64>,
+    /// Specific energies [J/kg].
+    energy: Vec<f64>,
+    /// Internal energies [J].
+    heat: Vec<f64>,
+}
+
+impl Intact {
+    #[inline(always)]
+    fn add<const D: usize>(&mut self, p: &Particle<D>, eos: &Eos) {
+        let own = eos.reference_volume() * p.ratio;
+        // What is under pressure is intact: only the rest needs its volume without it.
+        self.volume.push(if p.unclamped >= 0.0 { own } else { eos.relaxed_volume(own, p.energy) });
+        self.energy.push(p.energy);
+        self.heat.push(p.mass * p.energy);
+    }
+
+    /// Internal energy by phase [J].
+    fn by_phase(&self, eos: &Eos, set: Instructions) -> [f64; 5] {
+        let (mut points, mut sums) = (Points::default(), [0.0; 5]);
+        eos.evaluate_with(set, &self.volume, &self.energy, &mut points);
+        for (phase, heat) in points.phase.iter().zip(&self.heat) {
             sums[*phase as usize] += heat;
         }
+        sums
     }
-    sums
 }
 
 /// Kinetic plus internal energy, less what the floor put in [J].

@@ -3,7 +3,7 @@
 use crate::grid::{Grid, Shared, clear_window, see_velocity};
 use crate::material::{HalfStep, Law};
 use crate::method::{Scheme, Transfer};
-use crate::pack::Pack;
+use crate::pack::{Pack, ahead};
 use crate::step::Setting;
 use crate::store::Site;
 use crate::task::{Desk, Task};
@@ -35,7 +35,7 @@ impl<const D: usize> Task<D> for Momentum<'_, D> {
         let origin = site.origin();
         for group in &site.groups {
             for (k, pack) in group.packs.iter().enumerate() {
-                if let Some(next) = group.packs.get(k + 1) {
+                if let Some(next) = group.packs.get(k + ahead(N)) {
                     prefetch(&next.position);
                     prefetch(&next.velocity);
                     prefetch(&next.matter.mass);
@@ -102,7 +102,7 @@ impl<const D: usize> Task<D> for Force<'_, D> {
             let Desk { lines, windows, masses, sums, quads, .. } = &mut *desk;
             for k in 0..group.packs.len() {
                 let live = group.live(k);
-                if let Some(next) = group.packs.get(k + 1) {
+                if let Some(next) = group.packs.get(k + ahead(N)) {
                     prefetch(next);
                 }
                 let (pack, at) = (&mut group.packs[k], &mut sums[0]);

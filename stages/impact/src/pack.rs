@@ -2,6 +2,11 @@
 use crate::particle::{Matter, Particle};
 use hvi_kit::lanes::{Eight, Quads, prefetch};
 
+/// How many packs ahead of its work a pass asks for what it will need, with `nodes` an axis: fewer where a pack takes longer.
+pub const fn ahead(nodes: usize) -> usize {
+    if nodes > 2 { 1 } else { 3 }
+}
+
 /// Eight particles of one body: each quantity of all eight lies together. The last pack of a group may hold fewer; its other lanes
 /// keep old particles, so that their arithmetic is as tame, and nobody reads them.
 #[derive(Clone)]
@@ -84,7 +89,7 @@ impl<const D: usize> Pack<D> {
     pub fn prefetch_heat(&self) {
         let m = &self.matter;
         prefetch(&self.position);
-        for row in [&m.mass, &m.ratio, &m.energy, &m.damage, &m.unclamped, &m.divergence, &self.heat] {
+        for row in [&m.mass, &m.ratio, &m.energy, &m.damage, &m.unclamped, &m.divergence] {
             prefetch(row);
         }
     }

@@ -270,7 +270,7 @@ impl<const D: usize> State<D> {
         store.wake(grid.blocks(), setting.quiet > 0.0 && plain);
         crew.each(store, setting, &Momentum { setting, field: Shared::new(&mut grid.start) });
         grid.fold_start();
-        grid.find_velocities(cut);
+        grid.find_velocities(cut, crew, setting.threads);
         if let Some(friction) = method.friction {
             contact.find(store, grid, setting, cut, crew);
             contact.meet(grid, friction);
@@ -293,7 +293,7 @@ impl<const D: usize> State<D> {
             contact.part(grid, friction, dt);
             contact.warm(store, setting, crew);
         }
-        grid.find_changes(cut, dt);
+        grid.find_changes(cut, dt, crew, setting.threads);
         crew.each(store, setting, &Update { setting, grid, dt, frame: store.frame() });
         if method.scheme.deforms_last() {
             remap::deform(store, grid, setting, cut, dt, crew);

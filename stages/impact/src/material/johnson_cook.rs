@@ -125,7 +125,7 @@ impl JohnsonCook {
             let close = trial.times(1e-10);
             let remainder =
                 (curving.size() * factor + (hardening.times(2.0) + bar * per_x) * rate) * step * step * step * per_x;
-            let sure = one.where_less(remainder.size(), close, zero) * within;
+            let sure = one.where_less(remainder.size(), close.min(bar.times(1e-10)), zero) * within;
             // What is there stays; else it takes the step, for the last time where that is sure.
             let there = zero.where_less(close, excess.size(), one);
             let moves = open * (one - there);
