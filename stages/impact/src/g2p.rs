@@ -3,7 +3,7 @@
 use crate::conduction;
 use crate::grid::{Grid, see_blend, see_end, see_heat};
 use crate::material::{Answer, HalfStep, Law};
-use crate::method::{Scheme, Transfer};
+use crate::method::{Scheme, Transfer, TransferHeat};
 use crate::p2g::full_gradient;
 use crate::pack::{Pack, ahead};
 use crate::particle::Matter;
@@ -33,6 +33,7 @@ pub const NONE: [Quads; 3] = [[[0.0; 4]; 8]; 3];
 /// Sums over the particles of a block, in lanes: see [`Booked`].
 struct Accounts<R> {
     transfer: R,
+    unresolved: R,
     viscous: R,
     floored: R,
     limited: R,
@@ -59,7 +60,7 @@ impl<const D: usize> Task<D> for Update<'_, D> {
         }
         let origin = site.origin();
         let zero = R::of(0.0);
-        let mut accounts = Accounts { transfer: zero, viscous: zero, floored: zero, limited: zero };
+        let mut accounts = Accounts { transfer: zero, unresolved: zero, viscous: zero, floored: zero, limited: zero };
         let mut survey = Survey::<R, D>::new(site, self.frame, self.setting.quiet);
         let mut groups = std::mem::take(&mut site.groups);
         for group in &mut groups {
@@ -124,6 +125,7 @@ impl<const D: usize> Task<D> for Update<'_, D> {
         site.groups = groups;
         survey.keep(site);
         site.booked.transfer = accounts.transfer.sum();
+        site.booked.unresolved = accounts.unresolved.sum();
         site.booked.viscous = accounts.viscous.sum();
         site.booked.floored = accounts.floored.sum();
         site.booked.limited += accounts.limited.sum() as u64;
@@ -168,7 +170,7 @@ impl<const D: usize> Update<'_, D> {
         if scheme == Scheme::Midpoint {
             stress.limited = law.limited(&m, m.divergence, self.dt);
         }
-        let heat = match setting.method.transfer {
+        let lost = match setting.method.transfer {
             Transfer::Apic => self.adopt::<R>(pack, &m, own, &at[0]),
             Transfer::Aflip => self.blend::<R>(pack, &m, own, at),
             Transfer::Flip | Transfer::Xpic { .. } => self.accelerate::<R>(pack, &m, extra.as_deref(), &at[0]),
@@ -185,6 +187,11 @@ impl<const D: usize> Update<'_, D> {
                 }
             }
         }
+        let unresolved = match setting.method.transfer_heat {
+            TransferHeat::All => zero,
+            TransferHeat::Shocks => lost * (one - law.compression(&m, m.divergence, setting.cell)),
+        };
+        let heat = R::load(&pack.heat) + lost - unresolved;
         let mut gain = Law::work(&mut m, &stress, &l, heat, self.dt);
         let mut limited = stress.limited;
         if scheme == Scheme::Midpoint {
@@ -208,6 +215,7 @@ impl<const D: usize> Update<'_, D> {
         }
         let counted = counted::<R>(live);
         accounts.transfer = heat.fused(counted, accounts.transfer);
+        accounts.unresolved = unresolved.fused(counted, accounts.unresolved);
         accounts.viscous = gain.viscous.fused(counted, accounts.viscous);
         accounts.floored = gain.floored.fused(counted, accounts.floored);
         accounts.limited = limited.fused(counted, accounts.limited);
@@ -232,7 +240,7 @@ impl<const D: usize> Update<'_, D> {
                 affine.store(&mut pack.affine[c][d]);
             }
         }
-        R::load(&pack.heat) + (m.mass * (mean[0] - held)).times(0.5)
+        (m.mass * (mean[0] - held)).times(0.5)
     }
 
     /// Adds to the velocity the grid's change a of it less the damped share s of `r = u - v`, u the particle's own affine motion and v the
@@ -270,7 +278,7 @@ impl<const D: usize> Update<'_, D> {
             heat = heat - (change * change).times(0.5);
             (v + change).store(&mut pack.velocity[c]);
         }
-        R::load(&pack.heat) + m.mass * heat
+        m.mass * heat
     }
 
     /// Adds the grid's change of velocity less what is damped; returns the heat [J]: what was damped, and the grid's motion that the
@@ -291,7 +299,7 @@ impl<const D: usize> Update<'_, D> {
             }
             velocity.store(&mut pack.velocity[c]);
         }
-        R::load(&pack.heat) + m.mass * heat
+        m.mass * heat
     }
 }
 

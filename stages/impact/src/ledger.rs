@@ -35,6 +35,7 @@ pub fn entry<const D: usize>(state: &State<D>, setting: &Setting<D>, multiple: f
         flying: multiple * flying,
         viscous: multiple * totals.viscous,
         transfer: multiple * totals.transfer,
+        unresolved: multiple * totals.unresolved,
         floored: multiple * totals.floored,
         drift: 0.0,
         highest_pressure: totals.highest_pressure,
@@ -79,9 +80,9 @@ impl Intact {
     }
 }
 
-/// Kinetic plus internal energy, less what the floor put in [J].
+/// Kinetic, unresolved and internal energy, less what the floor put in [J].
 fn total(entry: &Ledger) -> f64 {
-    entry.kinetic + entry.internal.iter().sum::<f64>() - entry.floored
+    entry.kinetic + entry.unresolved + entry.internal.iter().sum::<f64>() - entry.floored
 }
 
 /// Velocity along the impact [m/s] that the leading `share` of the mass of `body` has at least.

@@ -24,6 +24,19 @@ pub enum Transfer {
     },
 }
 
+/// What becomes of motion that the grid holds and particles can't.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum TransferHeat {
+    /// Heat, all of it.
+    #[default]
+    All,
+    /// Heat where matter is being compressed, as in shocks, which need it. Elsewhere no physics turns motion into heat but plastic
+    /// work, which is counted by itself: there it stays unresolved motion, an account of the ledger, and melts nothing. For the
+    /// transfers AFLIP and FLIP.
+    Shocks,
+}
+
 /// When stress is brought up to date within a step. Energy is booked as the work of the stress that acted in all of them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
@@ -53,6 +66,8 @@ pub struct Method {
     pub kernel: Kernel,
     /// Return of velocity.
     pub transfer: Transfer,
+    /// What becomes of motion that particles can't hold.
+    pub transfer_heat: TransferHeat,
     /// Order of the stress update.
     pub scheme: Scheme,
     /// Coulomb friction between the first body and all others, which may then slide and part; without it they stick where they meet.
@@ -66,6 +81,7 @@ impl Default for Method {
         Method {
             kernel: Kernel::Cubic,
             transfer: Transfer::Apic,
+            transfer_heat: TransferHeat::All,
             scheme: Scheme::Midpoint,
             friction: None,
             conduction: CONDUCTION,
@@ -95,6 +111,11 @@ impl Method {
             let (transfer, kernel) = (self.transfer, self.kernel);
             let why = format!("is {transfer:?}, which needs kernel = \"quadratic\" or \"cubic\", not {kernel:?}");
             return Some(("transfer", why.to_lowercase()));
+        }
+        let keeps = matches!(self.transfer, Transfer::Aflip | Transfer::Flip);
+        if self.transfer_heat == TransferHeat::Shocks && !keeps {
+            let why = "is \"shocks\", which needs transfer = \"aflip\" or \"flip\": the others take motion away in every step";
+            return Some(("transfer_heat", why.into()));
         }
         match self.transfer {
             Transfer::Xpic { order } if !(1..=8).contains(&order) => {

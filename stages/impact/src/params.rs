@@ -4,7 +4,7 @@ use crate::checks;
 use crate::effects::{Choice, Guard};
 use crate::kernel::Kernel;
 use crate::material::{self, Material};
-use crate::method::{self, Method, Scheme, Transfer};
+use crate::method::{self, Method, Scheme, Transfer, TransferHeat};
 use crate::probes::Probes;
 use crate::scene::{self, Layout};
 use crate::solid::Solid;
@@ -74,6 +74,9 @@ pub struct Params {
     /// Return of velocity from the grid.
     #[serde(default)]
     pub transfer: Transfer,
+    /// What becomes of motion that the grid holds and particles can't.
+    #[serde(default)]
+    pub transfer_heat: TransferHeat,
     /// When stress is brought up to date.
     #[serde(default)]
     pub scheme: Scheme,
@@ -331,6 +334,7 @@ impl Params {
         Method {
             kernel: self.kernel,
             transfer: self.transfer,
+            transfer_heat: self.transfer_heat,
             scheme: self.scheme,
             friction: self.friction,
             conduction: self.conduction(),

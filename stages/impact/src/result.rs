@@ -191,9 +191,11 @@ pub struct Ledger {
     pub viscous: f64,
     /// Part of the internal energy that the transfer returned as heat, so far [J].
     pub transfer: f64,
+    /// Motion that the grid had, no particle can hold, and that is no heat: see [`crate::method::TransferHeat`], so far [J].
+    pub unresolved: f64,
     /// Energy added where a negative internal energy was set to zero, so far [J].
     pub floored: f64,
-    /// Relative drift of kinetic + internal - floored since the start.
+    /// Relative drift of kinetic + unresolved + internal - floored since the start.
     pub drift: f64,
     /// Highest pressure so far [Pa].
     pub highest_pressure: f64,
@@ -273,7 +275,7 @@ pub struct Impact {
 }
 
 impl Artifact for Impact {
-    const KIND: &'static str = "impact/2";
+    const KIND: &'static str = "impact/3";
     fn scalars(&self) -> Vec<Scalar> {
         crate::show::scalars(self)
     }

@@ -26,6 +26,7 @@ pub fn scalars(impact: &Impact) -> Vec<Scalar> {
     }
     if let (Some(start), Some(end)) = (impact.ledger.first(), impact.ledger.last()) {
         row.push(Scalar::number("transfer heat share", end.transfer / start.kinetic, ""));
+        row.push(Scalar::number("unresolved share", end.unresolved / start.kinetic, ""));
         row.push(Scalar::number("viscous heat share", end.viscous / start.kinetic, ""));
     }
     row
@@ -215,6 +216,7 @@ fn ledger_table(impact: &Impact) -> Table {
         column("internal", "J"),
         column("of it viscous", "J"),
         column("of it transfer", "J"),
+        column("unresolved", "J"),
         column("floored", "J"),
         column("flying alone", "J"),
         column("drift", ""),
@@ -232,6 +234,7 @@ fn ledger_table(impact: &Impact) -> Table {
             l.internal.iter().sum(),
             l.viscous,
             l.transfer,
+            l.unresolved,
             l.floored,
             l.flying,
             l.drift,
@@ -245,7 +248,7 @@ fn ledger_table(impact: &Impact) -> Table {
         title: "Ledger".into(),
         columns,
         rows: every_tenth(&impact.ledger).map(row).collect(),
-        note: "Whole scene, mirror images included. The drift is that of kinetic + internal - floored. Nothing leaves a grid \
+        note: "Whole scene, mirror images included. The drift is that of kinetic + unresolved + internal - floored. Nothing leaves a grid \
                without borders: \"flying alone\" is the energy of particles that share no node with any other, part of kinetic and \
                internal."
             .into(),
@@ -258,12 +261,17 @@ fn energy_figure(impact: &Impact) -> Figure {
     };
     let mut all = vec![
         series("kinetic", Style::Line, &|l| l.kinetic),
-        series("kinetic + internal", Style::Line, &|l| l.kinetic + l.internal.iter().sum::<f64>()),
+        series("kinetic + unresolved + internal", Style::Line, &|l| {
+            l.kinetic + l.unresolved + l.internal.iter().sum::<f64>()
+        }),
     ];
     for (b, body) in impact.bodies.iter().enumerate() {
         all.push(series(&format!("internal, {}", body.name), Style::Line, &|l| l.internal[b]));
     }
     all.push(series("of it viscous", Style::Dashed, &|l| l.viscous));
+    if impact.ledger.iter().any(|l| l.unresolved != 0.0) {
+        all.push(series("unresolved motion", Style::Dashed, &|l| l.unresolved));
+    }
     all.push(series("of it from the transfer", Style::Dashed, &|l| l.transfer));
     Figure {
         title: "Energy".into(),

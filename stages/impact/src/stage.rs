@@ -333,11 +333,15 @@ fn resolution(params: &Params, layout: &Layout, entries: &[Ledger]) -> String {
     } else {
         ""
     };
+    let unresolved = match percent(|l| l.unresolved) {
+        0.0 => String::new(),
+        share => format!(" {share:.1} % is motion that the grid does not resolve and that was not made heat."),
+    };
     format!(
         "{} cells of {:.4} mm through the thinner body{across}, {} particles a cell and axis. Of the initial kinetic energy \
          {:.1} % became heat in the transfer between particles and grid, {:.1} % in artificial viscosity. The melted share \
          holds this heat: it falls as the cells across the projectile grow in number, and rises as cfl falls ({} here), since \
-         more steps transfer more often. Compare runs of the same cells across and cfl, or extrapolate.{advice}",
+         more steps transfer more often. Compare runs of the same cells across and cfl, or extrapolate.{unresolved}{advice}",
         params.cells,
         layout.cell * 1e3,
         params.particles,

@@ -94,6 +94,8 @@ pub struct Booked {
     /// See [`Totals`].
     pub transfer: f64,
     /// See [`Totals`].
+    pub unresolved: f64,
+    /// See [`Totals`].
     pub floored: f64,
     /// See [`Totals`].
     pub limited: u64,
@@ -110,6 +112,7 @@ impl Default for Booked {
         Booked {
             viscous: 0.0,
             transfer: 0.0,
+            unresolved: 0.0,
             floored: 0.0,
             limited: 0,
             highest_pressure: f64::NEG_INFINITY,
@@ -126,6 +129,8 @@ pub struct Totals {
     pub viscous: f64,
     /// Heat of the transfers [J].
     pub transfer: f64,
+    /// Motion that no particle holds and that is no heat [J]: see [`crate::method::TransferHeat`].
+    pub unresolved: f64,
     /// Energy of the floor [J].
     pub floored: f64,
     /// Particle-steps whose volume change was limited: to a half over the step, or to .3 over its first half.
@@ -140,6 +145,7 @@ impl Totals {
     fn add(&mut self, booked: &Booked) {
         self.viscous += booked.viscous;
         self.transfer += booked.transfer;
+        self.unresolved += booked.unresolved;
         self.floored += booked.floored;
         self.limited += booked.limited;
         self.highest_pressure = self.highest_pressure.max(booked.highest_pressure);

@@ -82,9 +82,21 @@ impl Law {
     #[inline(always)]
     pub fn viscosity<R: Real>(&self, m: &Matter<R>, divergence: R, cell: f64) -> R {
         let density = m.mass / (m.volume * m.ratio);
-        let jump = divergence.times(-cell).at_least(0.0) * (R::of(1.0) - m.open());
+        let jump = Self::jump(m, divergence, cell);
         let linear = (jump / m.sound_speed.times(FADE)).at_most(1.0).times(LINEAR);
         density * jump * (jump.times(QUADRATIC) + linear * m.sound_speed)
+    }
+
+    /// Velocity over a cell [m/s] by which matter is compressed; nothing in expansion or across a void.
+    #[inline(always)]
+    fn jump<R: Real>(m: &Matter<R>, divergence: R, cell: f64) -> R {
+        divergence.times(-cell).at_least(0.0) * (R::of(1.0) - m.open())
+    }
+
+    /// Whether matter is being compressed, as in a shock: from 0, rising over [`FADE`] as the linear viscosity does, to 1.
+    #[inline(always)]
+    pub fn compression<R: Real>(&self, m: &Matter<R>, divergence: R, cell: f64) -> R {
+        (Self::jump(m, divergence, cell) / m.sound_speed.times(FADE)).at_most(1.0)
     }
 
     /// Share of its velocity apart from the grid's that a particle loses in a step of `dt` [s] by the transfer AFLIP: the more the faster
