@@ -201,8 +201,8 @@ pub struct Plate {
     pub material: Material,
 }
 
-/// Most particles a run may have: about 2.5 GB.
-const MOST_PARTICLES: f64 = 4e6;
+/// Most particles a run may have: some 5 GB where they are dense, up to 20 GB where debris is thin.
+const MOST_PARTICLES: f64 = 1e7;
 
 /// Whether a scene of `count` particles can be run; one of lengths beyond all numbers can't.
 fn fits(count: f64) -> bool {

@@ -58,9 +58,9 @@ impl Stage for ImpactStage {
         let signal = sound + 0.5 * params.velocity.si();
         let steps = layout.end * signal / (params.cfl * layout.cell);
         let per_step = match params.space() {
-            SpaceChoice::Line => 0.3e-6,
-            SpaceChoice::Axisymmetric => 0.9e-6,
-            _ => 2.0e-6,
+            SpaceChoice::Line => 0.15e-6,
+            SpaceChoice::Axisymmetric => 0.3e-6,
+            _ => 0.6e-6,
         };
         steps * scene::count(params, &layout) * per_step
     }
@@ -73,7 +73,7 @@ impl Stage for ImpactStage {
         let (held, kept): (f64, f64) = match params.space() {
             SpaceChoice::Line => (1200.0, 2.0 * KEPT),
             SpaceChoice::Axisymmetric => (1600.0, 2.0 * KEPT),
-            _ => (2500.0, 2.0 * KEPT),
+            _ => (1800.0, 2.0 * KEPT),
         };
         let each = held + kept * (params.times.len() + 1) as f64;
         let count = scene::count(params, &layout);

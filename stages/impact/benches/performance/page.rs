@@ -45,8 +45,8 @@ fn operations(nodes: u32, affine: bool, heat: bool) -> f64 {
 }
 
 /// Bytes that the passes of a step of the default method read and write of a particle in space, counted from what they load and
-/// store, in numbers: momentum 16; force 41, 10 back; heat 9, then 10 and 1 back; update 44, 38 back.
-const BYTES: f64 = 8.0 * (16.0 + 51.0 + 20.0 + 82.0);
+/// store, in numbers: momentum 16; force 41, 10 back; heat 9; update 44, 38 back.
+const BYTES: f64 = 8.0 * (16.0 + 51.0 + 9.0 + 82.0);
 
 /// The page, in Markdown.
 pub fn text(m: &Measured) -> String {
