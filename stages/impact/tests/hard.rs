@@ -200,7 +200,7 @@ fn bad_input_is_named() {
         ("cells", "at least 2", &|p| p["cells"] = json!(1)),
         ("cells", "particles", &|p| p["cells"] = json!(5000)),
         ("plate.thickness", "particles", &|p| p["plate"]["thickness"] = json!("1e-300 m")),
-        ("plate.width", "particles", &|p| p["plate"]["width"] = json!("1000 m")),
+        ("plate.width", "particles", &|p| p["plate"]["width"] = json!("10000 m")),
         ("projectile.diameter", "particles", &|p| p["projectile"]["diameter"] = json!("1 nm")),
         ("end", "at most 1 s", &|p| p["end"] = json!("2 s")),
         ("end", "particles", &|p| {
