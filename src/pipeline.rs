@@ -106,7 +106,11 @@ pub fn read(path: &Path, settings: &[String]) -> Result<Pipeline, Mistake> {
     for setting in settings {
         raw.set(setting)?;
     }
-    let steps = std::mem::take(&mut raw.steps).into_iter().map(|step| raw.step(step)).collect::<Result<Vec<_>, _>>()?;
+    let mut steps = Vec::new();
+    for step in std::mem::take(&mut raw.steps) {
+        let step = raw.step(step, &steps)?;
+        steps.push(step);
+    }
     let unused = raw.materials.iter().filter(|m| m.depth == 0 && !m.is_used.get());
     let remarks = unused.map(|m| format!("{name}: no step uses [material.{}]", m.key.text, name = path.display()));
     let remarks = remarks.collect();
@@ -292,7 +296,7 @@ impl Raw {
         raw.table.set(&key(path_key(setting)), value.clone())
     }
 
-    fn step(&self, mut raw: RawStep) -> Result<Step, Mistake> {
+    fn step(&self, mut raw: RawStep, above: &[Step]) -> Result<Step, Mistake> {
         let name = raw.key.text;
         let Some((_, stage)) = raw.table.take("use") else {
             let mistake = Mistake::new(format!("step `{name}` doesn't say which stage it uses"));
@@ -309,7 +313,8 @@ impl Raw {
             timeout: raw.table.take("timeout").map(|(_, v)| amount(&v, TIMEOUT, amount::time)).transpose()?,
             retry: raw.table.take("retry").map(|(_, v)| whole("retry", &v, 0..=100)).transpose()?.map(|n| n as u32),
         };
-        let points = sweep::expand(&mut raw.table)?;
+        let points_of = |name: &str| above.iter().find(|s| s.name == name).map(|s| &s.points[..]);
+        let points = sweep::expand(&mut raw.table, &points_of)?;
         let substitute = |mut v: Value| {
             self.materials(&mut v);
             v

@@ -1,5 +1,6 @@
 //! Sweeps: `sweep` (a product), `zip` (side by side) and `points` (one by one) become a list of points.
 use crate::mistake::{At, Mistake};
+use crate::reference::{self, Selection};
 use crate::value::{Key, Node, Table, Value};
 use hvi_kit::units;
 
@@ -11,22 +12,23 @@ const MOST: usize = 1_000_000;
 
 /// Takes `sweep`, `zip` and `points` out of a step and expands them; no sweep gives one empty point.
 ///
-/// All given together multiply; the first axis written varies slowest.
+/// All given together multiply; the first axis written varies slowest. An axis `"@STEP[*]"` or `"@STEP[key=value]"` has a value for
+/// each of that step's points that `points_of` knows.
 ///
 /// # Errors
 /// [`Mistake`] where an axis is empty, lengths differ, a range can't be read, or there are too many points.
-pub fn expand(step: &mut Table) -> Result<Vec<Point>, Mistake> {
+pub fn expand<'a>(step: &mut Table, points_of: &dyn Fn(&str) -> Option<&'a [Point]>) -> Result<Vec<Point>, Mistake> {
     let mut points: Vec<Point> = vec![Vec::new()];
     if let Some((_, value)) = step.take("sweep") {
         for (key, axis) in &value.table("a table: sweep = { key = [values] }")?.0 {
-            let axis = axis_points(key, axis)?;
+            let axis = axis_points(key, axis, points_of)?;
             points = product(&points, &axis, &key.at)?;
         }
     }
     if let Some((key, value)) = step.take("zip") {
         let mut rows: Vec<Point> = Vec::new();
         for (i, (k, axis)) in value.table("a table: zip = { key = [values], other = [values] }")?.0.iter().enumerate() {
-            let axis = axis_points(k, axis)?;
+            let axis = axis_points(k, axis, points_of)?;
             if i == 0 {
                 rows = axis;
             } else if axis.len() == rows.len() {
@@ -68,9 +70,14 @@ fn product(points: &[Point], axis: &[Point], at: &At) -> Result<Vec<Point>, Mist
     Ok(points.iter().flat_map(|p| axis.iter().map(move |more| both(p, more))).collect())
 }
 
-fn axis_points(key: &Key, axis: &Value) -> Result<Vec<Point>, Mistake> {
+fn axis_points<'a>(
+    key: &Key,
+    axis: &Value,
+    points_of: &dyn Fn(&str) -> Option<&'a [Point]>,
+) -> Result<Vec<Point>, Mistake> {
     let values = match &axis.node {
         Node::List(items) => items.clone(),
+        Node::Text(text) if text.starts_with('@') => each(&text[1..], axis, points_of)?,
         Node::Text(text) => range(text, &axis.at)?,
         _ => {
             let title =
@@ -79,6 +86,28 @@ fn axis_points(key: &Key, axis: &Value) -> Result<Vec<Point>, Mistake> {
         }
     };
     Ok(values.into_iter().map(|v| vec![(key.clone(), v)]).collect())
+}
+
+/// `STEP[*]` or `STEP[key=value, ...]`: a reference to each of those points.
+fn each<'a>(text: &str, axis: &Value, points_of: &dyn Fn(&str) -> Option<&'a [Point]>) -> Result<Vec<Value>, Mistake> {
+    let wrong = |why: String| Mistake::new(why).at(&axis.at, "here");
+    let wanted = reference::parse(text).map_err(|why| wrong(format!("`@{text}`: {why}")))?;
+    let Some(points) = points_of(wanted.step) else {
+        return Err(wrong(format!("there is no step `{}` above this one, whose points could be swept", wanted.step)));
+    };
+    let pairs = match wanted.selection {
+        Selection::Where(pairs) => pairs,
+        Selection::All | Selection::None => Vec::new(),
+    };
+    let has = |p: &Point, key: &str, value: &str| p.iter().any(|(k, v)| k.text == key && v.label() == value);
+    let fits = |p: &&Point| pairs.iter().all(|(key, value)| has(p, key, value));
+    let value = |p: &Point| Value { node: Node::Text(format!("@{}[{}]", wanted.step, label(p))), at: axis.at.clone() };
+    let values: Vec<Value> = points.iter().filter(fits).map(value).collect();
+    match points.iter().find(|p| p.is_empty()) {
+        Some(_) => Err(wrong(format!("`{}` sweeps nothing: write [\"@{}\"]", wanted.step, wanted.step))),
+        None if values.is_empty() => Err(wrong(format!("no point of `{}` fits the selection", wanted.step))),
+        None => Ok(values),
+    }
 }
 
 /// `"1 km/s .. 8 km/s in 8"`: evenly spaced values, both ends included, in the unit they are written in.
@@ -134,8 +163,15 @@ mod tests {
 
     fn labels(text: &str) -> Result<Vec<String>, String> {
         let source = Rc::new(Source { name: "test".into(), text: text.into() });
+        let at = || At { source: source.clone(), span: 0..0 };
         let mut table = crate::value::parse(&source).map_err(|m| m.to_string())?;
-        Ok(expand(&mut table).map_err(|m| m.to_string())?.iter().map(label).collect())
+        let point = |a: i64, b: &str| {
+            let pair = |k: &str, node| (Key { text: k.into(), at: at() }, Value { node, at: at() });
+            vec![pair("a", Node::Integer(a)), pair("b", Node::Text(b.into()))]
+        };
+        let above = [point(1, "1 km/s"), point(1, "2 km/s"), point(2, "1 km/s")];
+        let points_of = |name: &str| (name == "above").then_some(&above[..]);
+        Ok(expand(&mut table, &points_of).map_err(|m| m.to_string())?.iter().map(label).collect())
     }
 
     #[test]
@@ -156,8 +192,18 @@ mod tests {
     }
 
     #[test]
+    fn the_points_of_a_step_make_an_axis() {
+        let all = labels("sweep = { eos = \"@above[*]\" }").unwrap();
+        assert_eq!(all.len(), 3);
+        assert_eq!(all[1], "eos='@above[a=1, b=2 km/s]'");
+        assert_eq!(labels("sweep = { eos = \"@above[b=1 km/s]\" }").unwrap().len(), 2);
+    }
+
+    #[test]
     fn mistakes_are_named() {
         for (text, part) in [
+            ("sweep = { a = \"@below[*]\" }", "no step `below` above"),
+            ("sweep = { a = \"@above[a=7]\" }", "no point of `above` fits"),
             ("sweep = { a = \"1 km/s .. 8 m/s in 8\" }", "same unit"),
             ("sweep = { a = \"1 .. 8\" }", "in COUNT"),
             ("sweep = { a = [] }", "one value or more"),

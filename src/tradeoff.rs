@@ -3,11 +3,11 @@ use crate::forecast::Forecast;
 use crate::mistake::{At, Mistake};
 use crate::pipeline::Pipeline;
 use crate::plan::{NodeId, Plan};
-use crate::reference;
-use crate::value::{Key, Value};
+use crate::reference::{self, Selection};
+use crate::value::{Key, Node as Written, Value};
 use hvi_kit::view::View;
 use hvi_kit::{Artifact, Store, units};
-use hvi_tradeoff::{Check, Measures, Pace, Quantity, Sample, Unknown};
+use hvi_tradeoff::{Check, Measures, Pace, Quantity, Sample, Spread, Unknown};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// One `[tradeoff.NAME]`.
@@ -26,6 +26,10 @@ pub struct Block {
     eos: Option<NodeId>,
     /// The block whose choices these runs check.
     check: Option<String>,
+    /// Whether the runs along the key are as likely as each other, and what counts is how far apart they lie.
+    pub spread: bool,
+    /// Whether its choices belong on the first screen.
+    pub first: bool,
     at: At,
 }
 
@@ -39,11 +43,17 @@ pub struct Outcome<'a> {
     pub quantities: Vec<Quantity>,
     /// What became of the choices of another block here, and its name.
     pub checks: Option<(String, Vec<Check>)>,
+    /// How far the runs lie apart, where that is what counts.
+    pub spreads: Vec<Spread>,
 }
 
 impl Outcome<'_> {
     /// Tables and figures.
     pub fn views(&self) -> Vec<View> {
+        if self.block.spread {
+            let table = hvi_tradeoff::spread_table(&self.block.along, &self.spreads);
+            return vec![View::Table(table), View::Figure(hvi_tradeoff::spread_figure(&self.spreads))];
+        }
         let checked = |(made, checks): &(String, Vec<Check>)| hvi_tradeoff::checked(made, &self.block.along, checks);
         let mut views: Vec<View> = self.checks.iter().map(|c| View::Table(checked(c))).collect();
         views.extend(hvi_tradeoff::views(&self.block.along, &self.samples, &self.quantities));
@@ -51,7 +61,7 @@ impl Outcome<'_> {
     }
 }
 
-const KEYS: [&str; 6] = ["of", "along", "finer", "eos", "check", "about"];
+const KEYS: [&str; 8] = ["of", "along", "finer", "eos", "check", "spread", "first", "about"];
 
 /// The blocks of `pipeline`, checked against its plan.
 ///
@@ -87,10 +97,16 @@ fn block(key: &Key, value: &Value, plan: &Plan) -> Result<Block, Mistake> {
     };
     let (of, along) = (needed("of")?, needed("along")?);
     let nodes = nodes(plan, of)?;
+    let flag = |name: &str| match table.get(name).map(|v| (v, &v.node)) {
+        None => Ok(false),
+        Some((_, Written::Bool(flag))) => Ok(*flag),
+        Some((v, _)) => Err(Mistake::new(format!("`{name}` is true or false")).at(&v.at, v.kind())),
+    };
+    let (spread, first) = (flag("spread")?, flag("first")?);
     let text = along.text("a swept key")?;
-    let swept = |id: &NodeId| plan.nodes[*id].swept.iter().any(|(k, _)| k == text);
+    let swept = |id: &NodeId| settings(plan, *id, spread).iter().any(|(k, _)| *k == text);
     if !nodes.iter().all(swept) {
-        let keys = nodes.iter().flat_map(|id| &plan.nodes[*id].swept).map(|(k, _)| k.as_str());
+        let keys = nodes.iter().flat_map(|id| settings(plan, *id, spread)).map(|(k, _)| k);
         let mistake = Mistake::new(format!("the runs of [tradeoff.{}] do not sweep `{text}`", key.text));
         return Err(mistake.at(&along.at, "not swept").nearest(text, keys));
     }
@@ -106,7 +122,49 @@ fn block(key: &Key, value: &Value, plan: &Plan) -> Result<Block, Mistake> {
     };
     let about = table.get("about").map(|v| v.text("a sentence")).transpose()?.unwrap_or_default().into();
     let check = table.get("check").map(|v| v.text("the name of a block")).transpose()?.map(String::from);
-    Ok(Block { name: key.text.clone(), about, nodes, along: text.into(), smaller, eos, check, at: of.at.clone() })
+    Ok(Block {
+        name: key.text.clone(),
+        about,
+        nodes,
+        along: text.into(),
+        smaller,
+        eos,
+        check,
+        spread,
+        first,
+        at: of.at.clone(),
+    })
+}
+
+/// What the sweep of a run sets; where runs of other runs are what counts (`through`), what theirs sets, once.
+fn settings(plan: &Plan, id: NodeId, through: bool) -> Vec<(&str, &str)> {
+    let mut all: Vec<(&str, &str)> = Vec::new();
+    for (key, value) in &plan.nodes[id].swept {
+        let inner = value.strip_prefix('@').filter(|_| through).and_then(|text| reference::parse(text).ok());
+        let own = match inner.map(|r| r.selection) {
+            Some(Selection::Where(pairs)) => pairs,
+            _ => vec![(key.as_str(), value.as_str())],
+        };
+        own.into_iter().for_each(|pair| {
+            if !all.contains(&pair) {
+                all.push(pair)
+            }
+        });
+    }
+    all
+}
+
+/// CPU time [s] of a run and, with `through`, of all it needs.
+fn cost(plan: &Plan, forecasts: &[Forecast], id: NodeId, through: bool) -> f64 {
+    let (mut open, mut seen, mut sum) = (vec![id], BTreeSet::from([id]), 0.0);
+    while let Some(id) = open.pop() {
+        let entry = forecasts[id].entry();
+        sum += entry.map_or(0.0, |e| f64::from(if e.cpu_s > 0.0 { e.cpu_s } else { e.wall_s }));
+        if through {
+            open.extend(plan.needs(id).filter(|need| seen.insert(*need)));
+        }
+    }
+    sum
 }
 
 fn nodes(plan: &Plan, value: &Value) -> Result<Vec<NodeId>, Mistake> {
@@ -145,24 +203,28 @@ pub fn outcome<'a>(
                 Unknown::Load(e) => unreadable(e),
                 Unknown::Kind => {
                     let title = format!("no quantities are known of what `{}` makes", node.stage.name);
-                    Mistake::new(title).at(&block.at, "expected runs of `impact` or `md`")
+                    Mistake::new(title).at(&block.at, "expected runs of `impact`, `md`, `eos.gray` or `eos.survey`")
                 }
             })?;
-        let of = |wanted: bool| node.swept.iter().filter(move |(k, _)| (*k == block.along) == wanted);
-        let setting = of(true).map(|(_, v)| v.clone()).next().unwrap_or_default();
+        let swept = settings(plan, id, block.spread);
+        let of = |wanted: bool| swept.iter().filter(move |(k, _)| (*k == block.along) == wanted);
+        let setting = of(true).map(|(_, v)| v.to_string()).next().unwrap_or_default();
         let group = of(false)
-            .filter(|(k, _)| !coupled.contains(&k.as_str()))
+            .filter(|(k, _)| !coupled.contains(k))
             .map(|(k, v)| format!("{k}={v}"))
             .collect::<Vec<_>>()
             .join(", ");
         let number = units::split(&setting).and_then(|(number, _)| number.parse::<f64>().ok()).filter(|x| *x > 0.0);
         let h = number.map(|x| if block.smaller { x } else { 1.0 / x });
-        let cost = f64::from(if entry.cpu_s > 0.0 { entry.cpu_s } else { entry.wall_s });
+        let cost = cost(plan, forecasts, id, block.spread);
         let key = forecasts[id].key.map(|k| k.to_string()).unwrap_or_default();
         samples.push(Sample { setting, group, h, measures, cost, foretold: node.cost, key });
     }
-    let quantities = hvi_tradeoff::study(&samples);
-    Ok(Outcome { block, samples, quantities, checks: None })
+    let (quantities, spreads) = match block.spread {
+        true => (Vec::new(), hvi_tradeoff::spreads(&samples)),
+        false => (hvi_tradeoff::study(&samples), Vec::new()),
+    };
+    Ok(Outcome { block, samples, quantities, checks: None, spreads })
 }
 
 /// Swept keys that go with the one that is refined: another value at each of its values, and each but once.

@@ -65,8 +65,11 @@ pub fn run(args: &Args) -> Done {
             .map_err(cannot(path))?;
     }
     for o in &outcomes {
-        let choices = hvi_tradeoff::choices(&o.block.along, &o.samples, &o.quantities);
-        say(format_args!("{}: {}\n\n{}", o.block.name, o.block.about, markdown(&choices)));
+        let table = match o.block.spread {
+            true => hvi_tradeoff::spread_table(&o.block.along, &o.spreads),
+            false => hvi_tradeoff::choices(&o.block.along, &o.samples, &o.quantities),
+        };
+        say(format_args!("{}: {}\n\n{}", o.block.name, o.block.about, markdown(&table)));
     }
     warn(format_args!("{}", folder.join("tradeoff.html").display()));
     match &args.quantity {
@@ -158,7 +161,7 @@ fn write(folder: &Path, command: &str, question: &str, outcomes: &[Outcome<'_>])
 
 /// The Markdown page: what to choose, and how sure that is.
 fn page(command: &str, question: &str, outcomes: &[Outcome<'_>], paces: &[(&str, Pace)]) -> String {
-    let mut text = format!("# What accuracy costs\n\nMade by `{command}`. {question}\n");
+    let mut text = format!("# What accuracy costs\n\nMade by `{command}`.\n\n{}\n{question}\n", in_short(outcomes));
     for o in outcomes {
         let _ = write!(text, "\n## {}\n\n{}\n", o.block.name, o.block.about);
         for view in o.views() {
@@ -174,6 +177,30 @@ fn page(command: &str, question: &str, outcomes: &[Outcome<'_>], paces: &[(&str,
              | stage | runs | taken over predicted | worst factor |\n|---|---|---|---|\n";
     for (stage, p) in paces {
         let _ = writeln!(text, "| `{stage}` | {} | {:.2} | {:.1} |", p.runs, p.median, p.worst);
+    }
+    text
+}
+
+/// One screen: the cheapest settings of the blocks that say `first`, and how choices held elsewhere.
+fn in_short(outcomes: &[Outcome<'_>]) -> String {
+    let mut text = "## In short\n\nThe cheapest setting within an error, and its CPU time; how it was found and what was compared is below.\n\n\
+                    | what | quantity | within 10 % | within 5 % | within 2 % | within 1 % |\n|---|---|---|---|---|---|\n"
+        .to_string();
+    for o in outcomes.iter().filter(|o| o.block.first) {
+        for row in hvi_tradeoff::choices(&o.block.along, &o.samples, &o.quantities).rows {
+            let cells: Vec<String> = row[..5].iter().map(short).collect();
+            let _ = writeln!(text, "| {} | {} |", o.block.name, cells.join(" | "));
+        }
+    }
+    let checks = || outcomes.iter().filter_map(|o| o.checks.as_ref()).flat_map(|(_, checks)| checks);
+    let (held, timely) = (checks().filter(|c| c.holds()).count(), checks().filter(|c| c.factor() <= 1.5).count());
+    if checks().next().is_some() {
+        let _ = write!(
+            text,
+            "\nOn scenes that no choice was made on, {held} of {all} errors were within what was asked and {timely} of {all} times within a \
+             factor of 1.5 of what was predicted.\n",
+            all = checks().count()
+        );
     }
     text
 }

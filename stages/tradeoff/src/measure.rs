@@ -1,7 +1,8 @@
 //! The quantities of a result that accuracy is asked of, and the work it took in units that no machine changes.
 use crate::shock;
-use hvi_eos::Eos;
+use hvi_eos::fit::FittedParameter;
 use hvi_eos::survey::Survey;
+use hvi_eos::{Eos, EosResult};
 use hvi_impact::material::Material;
 use hvi_impact::result::Impact;
 use hvi_kit::{Artifact, Digest, LoadError, Store, load};
@@ -22,12 +23,14 @@ pub struct Measure {
     pub exact: Option<f64>,
     /// What errors are relative to; `None`: the limit itself.
     pub scale: Option<f64>,
+    /// What they are relative to at least, where it is the limit.
+    pub least: f64,
 }
 
 impl Measure {
     /// A quantity whose true value is not known.
     pub fn free(name: &'static str, unit: &'static str, value: f64) -> Measure {
-        Measure { name, unit, value, noise: 0.0, exact: None, scale: None }
+        Measure { name, unit, value, noise: 0.0, exact: None, scale: None, least: 0.0 }
     }
     /// A quantity whose true value is known.
     pub fn exact(name: &'static str, unit: &'static str, value: f64, exact: f64) -> Measure {
@@ -66,6 +69,7 @@ pub enum Unknown {
 pub fn of_kind(kind: &str, digest: Digest, store: &Store, eos: Option<&Eos>) -> Result<Measures, Unknown> {
     match kind {
         Impact::KIND => Ok(of_impact(&load(store, digest).map_err(Unknown::Load)?, eos)),
+        EosResult::KIND => Ok(of_fit(&load(store, digest).map_err(Unknown::Load)?)),
         Survey::KIND => Ok(of_survey(&load(store, digest).map_err(Unknown::Load)?)),
         State::KIND => Ok(of_state(&load(store, digest).map_err(Unknown::Load)?)),
         _ => Err(Unknown::Kind),
@@ -94,7 +98,8 @@ pub fn of_impact(run: &Impact, eos: Option<&Eos>) -> Measures {
             let gone = multiple * sum(&|i| if flies(i) && p.body[i] == 1 { mass(i) } else { 0.0 });
             let area = run.bodies.get(1).map_or(f64::NAN, |plate| gone / (plate.density * run.thickness));
             if let Some(melt) = end.melt.first() {
-                all.push(Measure::free("melted share", "", melt.liquid));
+                // Of a hundredth molten nobody asks a hundredth: below a tenth its error counts as one of a tenth.
+                all.push(Measure { least: 0.1, ..Measure::free("melted share", "", melt.liquid) });
             }
             all.push(Measure::free("leading edge", "m/s", run.leading[1]));
             all.push(Measure::free("hole diameter", "mm", 2e3 * (area / std::f64::consts::PI).sqrt()));
@@ -106,6 +111,18 @@ pub fn of_impact(run: &Impact, eos: Option<&Eos>) -> Measures {
         all.push(Measure::deviation("energy drift", last.drift));
     }
     Measures { all, work, unit: "particle-steps" }
+}
+
+/// Of a fitted equation of state: C, S, gamma0 and T_m, with their quoted errors.
+pub fn of_fit(result: &EosResult) -> Measures {
+    let names = [("C", "C", "cm/us"), ("S", "S", ""), ("gamma0", "gamma0", ""), ("T_m", "melting temperature", "K")];
+    let fitted = result.fit.iter().flat_map(|fit| &fit.parameters);
+    let measure = |p: &FittedParameter| {
+        let (_, name, unit) = names.iter().find(|(symbol, ..)| *symbol == p.symbol)?;
+        Some(Measure { noise: p.quoted_error(), ..Measure::free(name, unit, p.value) })
+    };
+    let states = result.fit.as_ref().map_or(0, |fit| fit.residuals.len());
+    Measures { all: fitted.filter_map(measure).collect(), work: states as f64, unit: "states" }
 }
 
 /// Of an equation of state held against another: its largest errors.

@@ -95,7 +95,7 @@ fn quantity(samples: &[Sample], name: &'static str) -> Option<Quantity> {
         Some(value) => Limit { value, uncertainty: 0.0, how: How::Exact, order: None },
         None => reference(samples, &measured, &groups)?,
     };
-    let scale = first.scale.unwrap_or(reference.value.abs());
+    let scale = first.scale.unwrap_or(reference.value.abs().max(first.least));
     let row = |m: &Option<Measure>| {
         m.as_ref().map(|m| {
             let (off, blur) = (m.value - reference.value, reference.uncertainty);

@@ -91,6 +91,9 @@ pub struct Params {
     pub melting_entropy: f64,
     /// Resamplings of the isochores for the errors; 0: covariance only.
     pub bootstrap: u32,
+    /// Fits this resampling, from 1 on, in place of the states as they are: one of many that are as likely, to see what the states'
+    /// errors do to what is computed with the fit.
+    pub resampling: Option<u32>,
 }
 impl Default for Params {
     fn default() -> Params {
@@ -104,6 +107,7 @@ impl Default for Params {
             cohesive_energy: None,
             melting_entropy: 1.16,
             bootstrap: 100,
+            resampling: None,
         }
     }
 }
@@ -195,6 +199,12 @@ pub fn fit(params: &Params, states: &[State], melting: &[Coexistence], ctx: &Ctx
     if params.pressure_zero == PressureZero::Reference {
         data.count_from_reference();
     }
+    if let Some(number) = params.resampling {
+        data = report::resampled(&data, number);
+        let other =
+            |e: FitError| StageError::physics(format!("resampling {number} can't be fitted, take another: {e}"));
+        data.check().map_err(other)?;
+    }
     let cohesion = params.cohesion(data.molar_mass).map_err(StageError::physics)?;
     let start = two_stage::start(&data, params, cohesion);
     let fit = two_stage::fit(&data, &start, params.into(), true).map_err(StageError::physics)?;
@@ -216,7 +226,8 @@ pub fn fit(params: &Params, states: &[State], melting: &[Coexistence], ctx: &Ctx
         0 => String::new(),
         n => format!(" and {n} melting points of two-phase cells"),
     };
-    let source = format!("fitted to {} states of molecular dynamics{points}", data.rows.len());
+    let of = params.resampling.map_or(String::new(), |number| format!("resampling {number} of "));
+    let source = format!("fitted to {of}{} states of molecular dynamics{points}", data.rows.len());
     Ok(EosResult { eos: Eos::Gray(gray), source, fit: Some(report) })
 }
 

@@ -78,37 +78,44 @@ pub struct FitReport {
     pub notes: Vec<String>,
 }
 
-/// Parameters of each resampling of the isochores: `[resampling][C, S, gamma0, a, Tm0, G0]`.
-///
-/// States of one isochore come from one run and one lattice: they err together, so whole isochores are drawn, with
-/// replacement; and V0 is drawn within its own error, from a sum of twelve uniform numbers.
-pub(super) fn bootstrap(
-    data: &Data,
-    best: &Parameters,
-    params: &Params,
-    ctx: &Ctx<'_>,
-) -> Result<Vec<[f64; 6]>, StageError> {
-    let mut seed: u64 = 0x9e37_79b9_7f4a_7c15;
+/// Resampling number `number` of `data`. States of one isochore come from one run and one lattice: they err together, so whole
+/// isochores are drawn, with replacement; V0 and melting points are drawn within their own errors.
+pub(super) fn resampled(data: &Data, number: u32) -> Data {
+    let mut seed = 0x9e37_79b9_7f4a_7c15_u64.wrapping_mul(2 * u64::from(number) + 1);
     let mut draw = |n: usize| {
         seed ^= seed << 13;
         seed ^= seed >> 7;
         seed ^= seed << 17;
         ((u128::from(seed) * n as u128) >> 64) as usize
     };
+    let mut sample = Data { rows: Vec::new(), ..data.clone() };
+    // A sum of twelve uniform numbers is normal enough.
+    let mut normal = || (0..12).map(|_| draw(1 << 20) as f64 / (1 << 20) as f64).sum::<f64>() - 6.0;
+    sample.volume.0 += normal() * data.volume.1;
+    sample.melting.iter_mut().for_each(|m| m.temperature += normal() * m.error);
+    for _ in 0..data.isochores {
+        let pick = draw(data.isochores);
+        sample.rows.extend(data.rows.iter().filter(|r| r.isochore == pick).cloned());
+    }
+    sample
+}
+
+/// Parameters of each resampling, the first being number 1: `[resampling][C, S, gamma0, a, Tm0, G0]`.
+pub(super) fn bootstrap(
+    data: &Data,
+    best: &Parameters,
+    params: &Params,
+    ctx: &Ctx<'_>,
+) -> Result<Vec<[f64; 6]>, StageError> {
     let mut found = Vec::new();
     for i in 0..params.bootstrap {
         ctx.tick(f64::from(i), f64::from(params.bootstrap), "resampling isochores")?;
-        let normal = (0..12).map(|_| draw(1 << 20) as f64 / (1 << 20) as f64).sum::<f64>() - 6.0;
-        let start = Parameters { volume: data.volume.0 + normal * data.volume.1, ..best.clone() };
-        let mut sample = Data { rows: Vec::new(), ..data.clone() };
-        for _ in 0..data.isochores {
-            let pick = draw(data.isochores);
-            sample.rows.extend(data.rows.iter().filter(|r| r.isochore == pick).cloned());
-        }
+        let sample = resampled(data, i + 1);
         // A draw that can't determine the parameters says nothing of their spread.
         if sample.check().is_err() {
             continue;
         }
+        let start = Parameters { volume: sample.volume.0, ..best.clone() };
         if let Ok(fit) = two_stage::fit(&sample, &start, params.into(), false) {
             found.push(fitted_values(fit.gray.parameters()));
         }

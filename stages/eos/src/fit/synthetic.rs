@@ -413,3 +413,21 @@ fn refuses_with_a_reason() {
         Data::new(&[State { energy: f64::NAN, ..all[0].clone() }], &[], 300.0, None, Weights::Uniform).unwrap_err();
     assert!(matches!(wild, FitError(why) if why.contains("not finite")));
 }
+
+/// The fits of single resamplings spread as the bootstrap says, each the same every time and named in its source.
+#[test]
+fn single_resamplings_spread_as_the_bootstrap_says() {
+    let made = states(Set::CopperRoyce, 3, |_| 0.1e9);
+    let of = |resampling, bootstrap| {
+        fit(&Params { resampling, bootstrap, ..Params::default() }, &made, &[], &Ctx::quiet()).unwrap()
+    };
+    let slopes: Vec<f64> = (1..=20).map(|k| of(Some(k), 0).fit.unwrap().parameters[2].value).collect();
+    let mean = slopes.iter().sum::<f64>() / 20.0;
+    let spread = (slopes.iter().map(|s| (s - mean) * (s - mean)).sum::<f64>() / 19.0).sqrt();
+    let stated = of(None, 100).fit.unwrap().parameters[2].bootstrap_error.unwrap();
+    // 20 draws tell a spread to a sixth: within three of those.
+    assert!((spread / stated - 1.0).abs() < 0.5, "{spread} {stated}");
+    let one = of(Some(7), 0);
+    assert_eq!(one, of(Some(7), 0));
+    assert!(one.source.starts_with("fitted to resampling 7 of"), "{}", one.source);
+}
