@@ -160,7 +160,7 @@ impl EtaLaw {
 }
 
 impl Artifact for EtaLaw {
-    const KIND: &'static str = "eta/2";
+    const KIND: &'static str = "eta/3";
 
     fn scalars(&self) -> Vec<Scalar> {
         let error = self.error().values();

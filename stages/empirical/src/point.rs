@@ -79,6 +79,8 @@ pub struct Point {
     pub time: f64,
     /// Melted fraction of the projectile, by the measure chosen.
     pub eta: f64,
+    /// Liquid share of the projectile in matter that began within three cells of the contact, where artificial viscosity overheats.
+    pub contact: f64,
     /// Phase masses of the projectile over its mass, codes 0-4.
     pub projectile: [f64; 5],
     /// Phase masses of the plate over the projectile's mass, codes 0-4.
@@ -143,6 +145,7 @@ impl Point {
             cells: run.cells_through,
             time: last.time,
             eta: eta.clamp(0.0, 1.0),
+            contact: projectile.contact,
             projectile: measure.phases(projectile),
             plate: body("plate").map(|m| measure.phases(m)).unwrap_or_default(),
             used: true,

@@ -72,6 +72,8 @@ pub struct Melt {
     pub by_phase_own_volume: [f64; 5],
     /// Mass-weighted liquid share at V_eff.
     pub liquid: f64,
+    /// Of that, in matter that began within three cells of where bodies meet: artificial viscosity overheats it, on cells of any size.
+    pub contact: f64,
 }
 
 /// The run at one time.

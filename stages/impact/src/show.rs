@@ -12,6 +12,7 @@ pub fn scalars(impact: &Impact) -> Vec<Scalar> {
     }
     if let Some(melt) = impact.snapshots.last().and_then(|s| s.melt.first()) {
         row.push(Scalar::number("liquid share of the projectile", melt.liquid, ""));
+        row.push(Scalar::number("of it at the contact", melt.contact, ""));
         row.push(Scalar::number("completely melted", melt.by_phase[2..].iter().sum(), ""));
     }
     row.push(Scalar::number("leading 1 %", impact.leading[1], "m/s"));
@@ -190,13 +191,15 @@ fn column(name: &str, unit: &str) -> (String, String) {
 
 /// Phases of each body at each snapshot, as shares of the projectile's mass.
 fn melt_table(impact: &Impact) -> Table {
-    let mut columns = vec![column("time", "us"), column("body", ""), column("liquid", "")];
+    let mut columns =
+        vec![column("time", "us"), column("body", ""), column("liquid", ""), column("of it at the contact", "")];
     columns.extend(PHASES.iter().map(|phase| column(phase, "")));
     columns.extend(PHASES[1..].iter().map(|phase| column(&format!("{phase}, own volume"), "")));
     let mut rows = Vec::new();
     for snapshot in &impact.snapshots {
         for (body, melt) in impact.bodies.iter().zip(&snapshot.melt) {
-            let mut row: Vec<Cell> = vec![(snapshot.time * 1e6).into(), body.name.as_str().into(), melt.liquid.into()];
+            let mut row: Vec<Cell> =
+                vec![(snapshot.time * 1e6).into(), body.name.as_str().into(), melt.liquid.into(), melt.contact.into()];
             row.extend(melt.by_phase.iter().map(|&x| Cell::Number(x)));
             row.extend(melt.by_phase_own_volume[1..].iter().map(|&x| Cell::Number(x)));
             rows.push(row);

@@ -156,8 +156,10 @@ fn attempt<const D: usize>(
     setting.threads = ctx.threads;
     let materials: Vec<&Material> = pieces.iter().map(|piece| piece.material).collect();
     let entry = |state: &State<D>, start: Option<&Ledger>| ledger::entry(state, &setting, layout.multiple, start);
+    let particles = scene::particles::<D>(params, &layout, &densities);
+    let contact = melt::at_contact(&particles, layout.cell);
     let mut run: Progress<D> = kept.unwrap_or_else(|| {
-        let state = State::new(scene::particles::<D>(params, &layout, &densities), &setting);
+        let state = State::new(particles, &setting);
         Progress {
             entries: vec![entry(&state, None)],
             bodies: bodies(&pieces, &state, layout.multiple, &densities),
@@ -187,7 +189,13 @@ fn attempt<const D: usize>(
             ctx.tick(run.state.time, layout.end, "stepping")?;
         }
         let space = scene::space(params.space());
-        run.snapshots.push(melt::snapshot(&run.state, &setting, space, layout.multiple, run.bodies[0].mass));
+        run.snapshots.push(melt::snapshot(
+            &run.state,
+            &setting,
+            space,
+            [layout.multiple, run.bodies[0].mass],
+            &contact,
+        ));
     }
     Ok(Ended::Whole(Box::new(whole(plan, &layout, run))))
 }

@@ -66,6 +66,11 @@ pub const QUANTITIES: &[(&str, Take)] = &[
     ("gamma_limit", |c| limit(c.eta?, 2)),
     ("eta_rms", |c| Some(Found::of(c.eta?.own.fitted.rms))),
     ("eta_check_rms", |c| (c.eta?.own.new.runs > 0).then(|| Found::of(c.eta.map_or(0.0, |e| e.own.new.rms)))),
+    ("eta_contact", |c| at_contact(c.eta?, 0.0)),
+    ("eta_contact_slow", |c| {
+        let onset = take("release_onset", c)?.value * 1e3;
+        at_contact(c.eta?, onset)
+    }),
     ("eta_table4_rms", |c| Some(Found::of(c.eta?.paper.fitted.rms))),
 ];
 
@@ -92,6 +97,14 @@ fn parameter(c: &Column<'_>, symbol: &str) -> Option<Found> {
         _ => p.melting_temperature,
     };
     Some(Found::of(value))
+}
+
+/// Share of the liquid in all runs of the law, below `onset` [m/s] where that is above 0, that began within three cells of the contact:
+/// what artificial viscosity overheats.
+fn at_contact(eta: &EtaLaw, onset: f64) -> Option<Found> {
+    let runs = || eta.points.iter().filter(|p| onset == 0.0 || p.velocity < onset);
+    let all: f64 = runs().map(|p| p.eta).sum();
+    (all > 0.0).then(|| Found::of(runs().map(|p| p.contact).sum::<f64>() / all))
 }
 
 /// Rise of pressure across melting at V0 [GPa]: the belt of Fig 4.

@@ -31,6 +31,10 @@ pub fn why(id: &str, columns: &[Column<'_>; 2]) -> String {
              melts is heat of the transfer and of artificial viscosity at the contact that has not gone yet."
                 .into()
         }
+        "eta_contact" | "eta_contact_slow" => {
+            "Artificial viscosity overheats some three cells where bodies meet, at any resolution: its share of what melts goes with the              cells, and is set apart here. It is an upper bound: at high speed shocked matter at the contact melts by right."
+                .into()
+        }
         "eta_rms" | "eta_check_rms" => checked(paper, best),
         _ => String::new(),
     }

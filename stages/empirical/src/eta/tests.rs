@@ -8,8 +8,8 @@ use hvi_kit::view::Cell;
 fn impact(v: f64, diameter: f64, thickness: f64, eta: f64) -> Impact {
     let by_phase = [1.0 - eta, 0.0, 0.5 * eta, 0.5 * eta, 0.0];
     let own = [0.5 - 0.5 * eta, 0.1, 0.4 + 0.25 * eta, 0.25 * eta, 0.0];
-    let melt = Melt { by_phase, by_phase_own_volume: own, liquid: eta };
-    let plate = Melt { by_phase: [9.0, 0.2, 0.1, 0.0, 0.0], by_phase_own_volume: [0.0; 5], liquid: 0.2 };
+    let melt = Melt { by_phase, by_phase_own_volume: own, liquid: eta, contact: 0.1 * eta };
+    let plate = Melt { by_phase: [9.0, 0.2, 0.1, 0.0, 0.0], by_phase_own_volume: [0.0; 5], liquid: 0.2, contact: 0.0 };
     let body = |name: &str| Body { name: name.into(), material: "copper".into(), mass: 1e-3, density: 8960.0 };
     Impact {
         space: Space::Axisymmetric,
@@ -215,8 +215,8 @@ fn the_treatment_of_zeros_matters_and_is_recorded() {
 
 #[test]
 fn each_measure_reads_its_own_masses() {
-    let melt =
-        Melt { by_phase: [0.4, 0.3, 0.2, 0.07, 0.03], by_phase_own_volume: [0.1, 0.2, 0.3, 0.3, 0.1], liquid: 0.42 };
+    let (by_phase, by_phase_own_volume) = ([0.4, 0.3, 0.2, 0.07, 0.03], [0.1, 0.2, 0.3, 0.3, 0.1]);
+    let melt = Melt { by_phase, by_phase_own_volume, liquid: 0.42, contact: 0.0 };
     let close = |measure: Measure, expected: f64| assert!((measure.of(&melt) - expected).abs() < 1e-15, "{measure:?}");
     close(Measure::Liquid, 0.42);
     close(Measure::Complete, 0.3);

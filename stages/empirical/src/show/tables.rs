@@ -58,7 +58,8 @@ pub fn resolutions(r: &Refined) -> Table {
     let row = |p: &Pair| {
         let place = [p.fine.velocity * 1e-3, p.fine.ratio(), p.fine.diameter * 1e3];
         let cells = [p.coarse.cells, p.coarse.across(), p.fine.cells, p.fine.across()];
-        let numbers = place.iter().chain(&cells).chain([&p.coarse.eta, &p.fine.eta]);
+        let etas = [p.coarse.eta, p.coarse.contact, p.fine.eta, p.fine.contact];
+        let numbers = place.iter().chain(&cells).chain(&etas);
         numbers.map(|&x| tidy(x).into()).chain([Cell::Uncertain(tidy(p.limit()), tidy(p.uncertainty()))]).collect()
     };
     Table {
@@ -72,7 +73,9 @@ pub fn resolutions(r: &Refined) -> Table {
             ("N fine", "cells"),
             ("N_D fine", "cells"),
             ("η coarse", ""),
+            ("of it at the contact, coarse", ""),
             ("η fine", ""),
+            ("of it at the contact, fine", ""),
             ("η extrapolated", ""),
         ]),
         rows: r.pairs.iter().map(row).collect(),
@@ -94,11 +97,11 @@ pub fn runs(r: &EtaLaw, points: &[Point], title: &str, role: impl Fn(&Point) -> 
     for body in ["projectile", "plate"] {
         head.extend(PHASES.iter().map(|phase| (format!("{body}: {phase}"), String::new())));
     }
-    head.extend(columns([("η", ""), ("eq 35", ""), ("eq 35 − η", ""), ("role", "")]));
+    head.extend(columns([("η", ""), ("of it at the contact", ""), ("eq 35", ""), ("eq 35 − η", ""), ("role", "")]));
     let row = |p: &Point| {
         let (v, law) = (p.velocity * 1e-3, r.fit.law.at(p.velocity * 1e-3, p.ratio()));
         let place = [v, p.diameter * 1e3, p.thickness * 1e3, p.ratio(), p.cells, p.across(), p.time * 1e6];
-        let numbers = place.iter().chain(&p.projectile).chain(&p.plate).chain([&p.eta, &law]);
+        let numbers = place.iter().chain(&p.projectile).chain(&p.plate).chain([&p.eta, &p.contact, &law]);
         numbers.copied().chain([law - p.eta]).map(|x| tidy(x).into()).chain([role(p).into()]).collect()
     };
     Table {
@@ -106,7 +109,8 @@ pub fn runs(r: &EtaLaw, points: &[Point], title: &str, role: impl Fn(&Point) -> 
         columns: head,
         rows: points.iter().map(row).collect(),
         note: "Masses by phase are shares of the projectile's mass, also the plate's. Cells through: of the thinner of plate and \
-               projectile. eq 35 − η is raw: a law above 1 counts as wrong."
+               projectile. eq 35 − η is raw: a law above 1 counts as wrong. At the contact: liquid in matter that began within \
+               three cells of where projectile and plate meet; artificial viscosity overheats it on cells of any size."
             .into(),
     }
 }
