@@ -89,6 +89,8 @@ pub fn pipeline() -> Value {
                         "finer": { "enum": ["larger", "smaller"], "description": "Which of its values are finer." },
                         "eos": { "type": "string", "description": "The equation of state that the closed form of a planar impact is of." },
                         "check": { "type": "string", "description": "Another block, whose choices these runs check." },
+                        "spread": { "type": "boolean", "description": "Whether the runs along the key are as likely as each other, and what counts is how far apart they lie." },
+                        "first": { "type": "boolean", "description": "Whether its choices belong on the first screen of the page." },
                         "about": { "type": "string", "description": "What the runs are, in a sentence." },
                     },
                 },
@@ -185,10 +187,11 @@ fn step(stage: &StageDef, object: &mut Value) {
     keys["retry"] = retry();
     keys["sweep"] = json!({
         "type": "object",
-        "description": "One result for each combination: key = [values], or \"FIRST .. LAST in COUNT\"; keys may be dotted.",
+        "description": "One result for each combination: key = [values], or \"FIRST .. LAST in COUNT\", or \"@STEP[*]\" for each of that step's points; keys may be dotted.",
         "additionalProperties": { "anyOf": [
             { "type": "array", "minItems": 1 },
             { "type": "string", "pattern": "\\.\\..* in " },
+            { "type": "string", "pattern": "^@.*\\[.*\\]$" },
         ] },
     });
     keys["zip"] = keys["sweep"].clone();
