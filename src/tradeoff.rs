@@ -86,6 +86,11 @@ pub fn blocks(pipeline: &Pipeline, plan: &Plan) -> Result<Vec<Block>, Mistake> {
 }
 
 fn block(key: &Key, value: &Value, plan: &Plan) -> Result<Block, Mistake> {
+    let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-');
+    if key.text.is_empty() || !key.text.chars().all(plain) {
+        let title = format!("`{}` is no name for a block", key.text);
+        return Err(Mistake::new(title).at(&key.at, "use letters, digits, `_` and `-`"));
+    }
     let table = value.table("[tradeoff.NAME]")?;
     if let Some((wrong, _)) = table.0.iter().find(|(k, _)| !KEYS.contains(&k.text.as_str())) {
         let mistake = Mistake::new(format!("unknown key `{}` in [tradeoff.{}]", wrong.text, key.text));

@@ -1,5 +1,6 @@
 //! GRAY: the laws it must obey, anywhere, for the three published parameter sets and for wild ones.
 use hvi_eos::handbook::Set;
+use hvi_eos::model::gray::Parameters as GrayParameters;
 use hvi_eos::{Eos, Gray, Phase};
 
 fn gray(set: Set) -> Gray {
@@ -389,4 +390,18 @@ fn wild_parameters_make_a_model_or_an_error() {
         }
     }
     assert!(made >= 20 && refused >= 20, "{made} {refused}");
+}
+
+/// Vapours whose joining makes the pressure rise with volume above the critical point are refused, V_b of 0.6 V0 and V_J of 2 V0 for
+/// copper among them; the shipped sets are not.
+#[test]
+fn vapours_that_do_not_join_are_refused() {
+    for set in Set::ALL {
+        Gray::new(set.parameters()).unwrap();
+    }
+    let copper = Set::CopperRoyce.parameters();
+    let thick = Gray::new(GrayParameters { covolume_ratio: 0.6, ..copper.clone() }).unwrap_err();
+    assert!(thick.parameter == "covolume_ratio" && thick.why.contains("rises with volume"), "{thick:?}");
+    let far = Gray::new(GrayParameters { join_ratio: 2.0, ..copper }).unwrap_err();
+    assert!(far.why.contains("rises with volume"), "{far:?}");
 }

@@ -48,6 +48,11 @@ pub fn check(made: (&[Sample], &[Quantity]), here: (&[Sample], &[Quantity])) -> 
             };
             let same = |s: &Sample| s.setting == chosen.setting && s.group == chosen.group;
             let Some(i) = here.0.iter().position(same) else { continue };
+            // The run that all others here are held against can't be held against itself.
+            let finer = |s: &Sample| s.group == here.0[i].group && s.h < here.0[i].h && s.h.is_some();
+            if own.reference.how == How::Finest && !here.0.iter().any(finer) {
+                continue;
+            }
             let (sample, Some(row)) = (&here.0[i], own.rows[i]) else { continue };
             all.push(Check {
                 quantity: q.name,

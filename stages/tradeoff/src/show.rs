@@ -9,7 +9,7 @@ pub const TARGETS: [f64; 4] = [0.1, 0.05, 0.02, 0.01];
 /// Everything to look at: runs, where they lead, what to choose, and a figure a quantity. `along` names what is refined.
 pub fn views(along: &str, samples: &[Sample], all: &[Quantity]) -> Vec<View> {
     let mut views = vec![
-        View::Table(choices(along, samples, all)),
+        View::Table(choices(along, samples, all, 1.0)),
         View::Table(convergence(samples, all)),
         View::Table(runs(along, samples, all)),
     ];
@@ -22,12 +22,12 @@ fn label(along: &str, s: &Sample) -> String {
     if s.group.is_empty() { format!("{along} {}", s.setting) } else { format!("{along} {}, {}", s.setting, s.group) }
 }
 
-/// For each quantity the cheapest setting within 10, 5, 2 and 1 %.
-pub fn choices(along: &str, samples: &[Sample], all: &[Quantity]) -> Table {
+/// For each quantity the cheapest setting within 10, 5, 2 and 1 %, over `margin`.
+pub fn choices(along: &str, samples: &[Sample], all: &[Quantity], margin: f64) -> Table {
     let row = |q: &Quantity| -> Vec<Cell> {
         let points = q.points(samples);
         let choice = |target: f64| -> Cell {
-            match cheapest(&points, target).filter(|c| c.reached) {
+            match cheapest(&points, target / margin).filter(|c| c.reached) {
                 Some(c) => format!("{} ({})", label(along, &samples[c.index]), seconds(samples[c.index].cost)).into(),
                 None => "none of these".into(),
             }

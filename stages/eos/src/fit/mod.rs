@@ -173,6 +173,9 @@ impl Stage for Fitting {
                 format!("is {} R, must be 0.3 to 5 R", params.melting_entropy),
             ));
         }
+        if params.resampling == Some(0) {
+            return Err(Invalid::new("resampling", "is 0, must be 1 or more"));
+        }
         match params.bootstrap <= 10_000 {
             true => Ok(()),
             false => Err(Invalid::new("bootstrap", format!("is {}, at most 10000", params.bootstrap))),

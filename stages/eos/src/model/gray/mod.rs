@@ -112,8 +112,8 @@ impl Gray {
     /// vapour can't be joined at V_J, or the vapour's pressure would rise with volume at high temperature.
     pub fn new(parameters: Parameters) -> Result<Gray, EosError> {
         let gray = Gray::dense(parameters)?;
-        gray.check_join()?;
         gray.check_cold()?;
+        gray.check_join()?;
         Ok(gray)
     }
 
@@ -292,8 +292,9 @@ impl Gray {
         if self.vapour.attraction <= 0.0 {
             return wrong("cohesive_energy", format!("is {} J/kg: the vapour would not attract", p.cohesive_energy));
         }
-        // Far above any critical point the pressure must fall with volume.
-        for t in [5e4, 1e5] {
+        // Above the critical point, which what joins vapour and liquid raises by a seventh, the pressure must fall with volume.
+        let critical = self.vapour.critical_temperature(k);
+        for t in [1.3 * critical, 1.7 * critical, 2.5 * critical, 5e4, 1e5] {
             for i in 0..40 {
                 let v = vj * (1.0 + 1e-9) * (1.0 + 0.05 * i as f64);
                 if self.vapour.response(k, v, t).p_v >= 0.0 {

@@ -66,6 +66,17 @@ impl Vapour {
         (1.5 * k.gas + d2) * t - self.attraction / v + f_e * (c1 - c3 * t * t) + d1 + d3 * t * t
     }
 
+    /// Critical temperature of the gas without what joins it to the liquid [K]: the hottest at which `R'T Z(z)/V - a_y/V^2` is flat
+    /// somewhere, `T = 2 a_y z/(V_b R' (Z + z Z'))`.
+    pub fn critical_temperature(&self, k: &Constants) -> f64 {
+        let flat = |i: i32| {
+            let z = self.packing * f64::from(i) / 200.0;
+            let (factor, slope) = compressibility(z);
+            2.0 * self.attraction * z / (self.covolume * k.gas * (factor + z * slope))
+        };
+        (1..=200).map(flat).fold(0.0, f64::max)
+    }
+
     /// Pressure and its derivatives at (V, T).
     #[inline(always)]
     pub fn response<R: Real>(&self, k: &Constants, v: R, t: R) -> Response<R> {
