@@ -166,7 +166,7 @@ def main():
         one_a_job = 'pack = "1 ms"'
         rows = [
             compared(args.program, work, f"1 {args.nodes} short nodes, packed", many),
-            compared(args.program, work, f"2 {args.nodes} short nodes, ten a job", many, 'pack = "100 ms"'),
+            compared(args.program, work, f"2 {args.nodes} short nodes, ten a job", many, 'pack = "10 ms"'),
             compared(args.program, work, "3 a job for each short node", short(args.nodes // 5), one_a_job),
             compared(args.program, work, "4 impacts and a film", impacts(6, [1, 2, 3, 4])),
             compared(args.program, work, "5 a node longer than its job may be", impacts(args.cells, [2]), 'time = "1 min"'),
@@ -183,7 +183,7 @@ def main():
         jobs = len({e["job"] for s in (a, b) for e in s.events("queued")})
         again = sum(s.jobs()[1] for s in (a, b))
         rows += [["6 two studies at once, the same nodes", str(len(here.events("ran"))), str(jobs), str(again), f"{seconds:.1f}", f"{remote:.1f}", "yes" if same else "NO"]]
-        rows.append(compared(args.program, work, "7 slurmctld killed twice with -9", many, 'pack = "100 ms"', controller_dies))
+        rows.append(compared(args.program, work, "7 slurmctld killed twice with -9", many, 'pack = "10 ms"', controller_dies))
     finally:
         subprocess.run(["bash", SCRIPT, "down", cluster])
         shutil.rmtree(work, ignore_errors=True)

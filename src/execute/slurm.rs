@@ -43,6 +43,8 @@ pub struct Cluster<'a> {
     store: &'a Store,
     options: &'a Options<'a>,
     profile: &'a Profile,
+    /// Most cores of a machine there.
+    most_cores: usize,
     study: &'a str,
     /// Handed out by the coordinator, not yet submitted.
     begun: RefCell<Vec<Job>>,
@@ -78,6 +80,7 @@ impl<'a> Cluster<'a> {
             store,
             options,
             profile: remote.profile,
+            most_cores: commands::most_cores(remote.profile).unwrap_or(usize::MAX),
             study: remote.study,
             begun: RefCell::default(),
             out: BTreeMap::new(),
@@ -141,7 +144,7 @@ impl<'a> Cluster<'a> {
             }
         }
         let mut came = Vec::new();
-        for (needs, jobs) in by_needs(ready, self.profile) {
+        for (needs, jobs) in by_needs(ready, self.profile, self.most_cores) {
             for array in pack(jobs, self.profile) {
                 came.extend(self.send_array(needs, array));
             }
@@ -361,12 +364,12 @@ pub struct Needs {
 }
 
 /// Jobs that ask for the same.
-fn by_needs(jobs: Vec<(Job, u32)>, profile: &Profile) -> BTreeMap<Needs, Vec<(Job, u32)>> {
+fn by_needs(jobs: Vec<(Job, u32)>, profile: &Profile, most_cores: usize) -> BTreeMap<Needs, Vec<(Job, u32)>> {
     let mut all: BTreeMap<Needs, Vec<(Job, u32)>> = BTreeMap::new();
     for (job, tries) in jobs {
         // What the program itself takes, and a quarter more than was foretold: a job that asks for too little is killed.
         let memory = (job.memory + job.memory / 4 + (128 << 20)).max(profile.memory);
-        all.entry(Needs { threads: job.threads, memory }).or_default().push((job, tries));
+        all.entry(Needs { threads: job.threads.min(most_cores), memory }).or_default().push((job, tries));
     }
     all
 }

@@ -203,6 +203,16 @@ fn cancel_ends_the_jobs_of_a_study() {
     wait_until("the end of the job", || squeue.output().unwrap().stdout.is_empty());
 }
 
+/// A node that could use more cores than any machine has gets those that there are, and does not wait for ever.
+#[test]
+fn no_job_asks_for_more_cores_than_a_machine_has() {
+    let study = SLOW.replace("cells = 8", "cells = 64").replace("3 us", "0.01 us");
+    let project = Project::new(&study);
+    let said = run(&project, &[]);
+    assert_eq!(said.code, 0, "{}", said.err);
+    assert_eq!(objects(&project), objects(&local(&study)));
+}
+
 #[test]
 fn what_the_cluster_refuses_is_said_in_one_line() {
     let project = Project::new(&format!("[run.slurm]\npartition = \"nowhere\"\n{SLOW}"));

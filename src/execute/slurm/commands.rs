@@ -122,6 +122,24 @@ pub fn alive() -> Alive {
     }
 }
 
+/// Most cores that a machine of the profile's partition has: a job that asks for more would wait for ever. `None` where Slurm does not
+/// say.
+pub fn most_cores(profile: &Profile) -> Option<usize> {
+    let mut command = Command::new("sinfo");
+    command.args(["--noheader", "--format=%c"]).stdin(Stdio::null());
+    command.args(
+        profile
+            .words
+            .iter()
+            .filter(|(option, _)| *option == "partition")
+            .map(|(_, word)| format!("--partition={word}")),
+    );
+    let output = command.output().ok().filter(|output| output.status.success())?;
+    // `16+` where machines differ.
+    let cores = |line: &str| line.trim().trim_end_matches('+').parse().ok();
+    String::from_utf8_lossy(&output.stdout).lines().filter_map(cores).max()
+}
+
 /// Ends the jobs of a batch.
 ///
 /// # Errors
