@@ -190,7 +190,10 @@ proptest! {
         if let Ok(gray) = Gray::new(p.clone()) {
             for ratio in [0.4, 0.7, 1.0, 1.3] {
                 let v = (ratio * p.volume).min(p.join_ratio * p.volume);
-                for border in gray.borders(v) {
+                let [start, end, hot] = gray.borders(v);
+                // Where melting takes less than the step below, all of its heat lies in the step.
+                let seen = if end - start < 1e-6 * start { &[hot][..] } else { &[start, end, hot] };
+                for &border in seen {
                     let (a, b) = (gray.at(v, border * (1.0 - 1e-9)).0, gray.at(v, border * (1.0 + 1e-9)).0);
                     let heat = 1e-8 * border * (a.c_v + b.c_v) + 1e-9 * a.energy.abs();
                     prop_assert!((b.energy - a.energy).abs() < heat, "{p:?} {ratio} {border} {a:?} {b:?}");
