@@ -1,6 +1,6 @@
 //! The paper's quantities, taken out of results.
 use crate::verdict::Found;
-use hvi_empirical::{EtaLaw, Point};
+use hvi_empirical::{EtaLaw, Measure, Point};
 use hvi_eos::{Eos, EosResult};
 use hvi_impact::result::{Impact, Snapshot};
 use hvi_radiograph::Shape;
@@ -102,6 +102,10 @@ fn parameter(c: &Column<'_>, symbol: &str) -> Option<Found> {
 /// Share of the liquid in all runs of the law, below `onset` [m/s] where that is above 0, that began within three cells of the contact:
 /// what artificial viscosity overheats.
 fn at_contact(eta: &EtaLaw, onset: f64) -> Option<Found> {
+    // Of another measure's mass the liquid is no share.
+    if eta.measure != Measure::Liquid {
+        return None;
+    }
     let runs = || eta.points.iter().filter(|p| onset == 0.0 || p.velocity < onset);
     let all: f64 = runs().map(|p| p.eta).sum();
     (all > 0.0).then(|| Found::of(runs().map(|p| p.contact).sum::<f64>() / all))
