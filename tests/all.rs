@@ -11,6 +11,7 @@ mod suite {
     pub mod choose;
     pub mod chromium;
     pub mod commands;
+    pub mod corpus;
     pub mod eos;
     pub mod faults;
     pub mod key;

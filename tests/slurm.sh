@@ -3,7 +3,7 @@
 # machine's own configuration is read or changed. As root: munged runs as user munge, as it wants to.
 #   slurm.sh up FOLDER [PID]  starts it and prints the line that makes a shell use it; ends it when process PID ends
 #   slurm.sh kill FOLDER    kills the controller with -9
-#   slurm.sh again FOLDER   starts the controller again
+#   slurm.sh again FOLDER   starts the controller again, and takes the node back into service as an operator would
 #   slurm.sh down FOLDER    ends it, and removes the folder
 set -euo pipefail
 [ $# -ge 2 ] || { sed -n '2,7s/^# //p' "$0" >&2; exit 2; }
@@ -69,14 +69,36 @@ controller() {
 }
 
 wait_until() {
-    for _ in $(seq 1200); do "$@" >/dev/null 2>&1 && return; sleep 0.1; done
+    local end=$((SECONDS + 120))
+    while [ $SECONDS -lt $end ]; do "$@" >/dev/null 2>&1 && return; sleep 0.1; done
     echo "Slurm did not come up:" >&2
     tail -n 20 "$at"/log/* >&2
     return 1
 }
 
 # A `*` after its state means that the node does not answer yet.
-is_ready() { sinfo -h -o %T | grep -qxE 'idle|mixed|allocated'; }
+is_ready() { timeout 10 sinfo -h -o %T | grep -qxE 'idle|mixed|allocated'; }
+
+# A controller that died before it saved its state hands out job numbers a second time; slurmd refuses one that it still runs a job
+# of, and the controller then drains the node ("Duplicate jobid"), at the first such job, which may be a while after the start: until
+# the cluster ends, somebody watches.
+operator() {
+    while [ -e "$at/run/operated" ]; do
+        if [ -n "$(timeout 10 sinfo -h -R -o %E 2>/dev/null)" ]; then
+            timeout 10 scontrol update nodename=localhost state=resume >>"$at/log/operator.out" 2>&1 || true
+        fi
+        sleep 1
+    done
+}
+
+again() {
+    controller
+    if [ ! -e "$at/run/operated" ]; then
+        touch "$at/run/operated"
+        operator >/dev/null 2>&1 </dev/null &
+    fi
+    wait_until is_ready
+}
 
 up() {
     configure
@@ -98,6 +120,7 @@ up() {
 
 down() {
     # Running jobs first, or the daemons of their steps outlive the cluster.
+    rm -f "$at/run/operated"
     timeout 10 scancel --user="$(id -un)" 2>/dev/null || true
     for _ in $(seq 50); do [ -z "$(timeout 5 squeue -h 2>/dev/null)" ] && break; sleep 0.1; done
     for name in slurmd slurmctld munged; do
@@ -113,7 +136,7 @@ down() {
 case $1 in
 up) up "${@:3}" ;;
 kill) kill -9 "$(cat "$at/run/slurmctld.started")" ;;
-again) controller && wait_until is_ready ;;
+again) again ;;
 down) down ;;
 *) echo "$0: unknown: $1" >&2; exit 2 ;;
 esac

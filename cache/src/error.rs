@@ -22,6 +22,10 @@ pub enum StoreError {
     Full { path: PathBuf, source: io::Error },
     #[error("{path}: a store is a folder, and this leads through a file: give another one with --store")]
     NoFolder { path: PathBuf },
+    #[error(
+        "{path}: a symbolic link, where a store has a folder of its own: link the store as a whole, or give another one with --store"
+    )]
+    Link { path: PathBuf },
     #[error("{url}: {why}")]
     Bucket { url: String, why: String },
     #[error("this hvi-flow was built without S3: build it with `cargo build --release --features s3`")]

@@ -4,10 +4,10 @@
 //! (128 divides a page: a reader never meets half an entry); a later entry of a key replaces an earlier one. Each entry
 //! proves itself by a hash. What isn't in it is looked up in `results/` and added; a damaged index is moved aside and
 //! grows anew the same way.
-use crate::Digest;
 use crate::record::Entry;
+use crate::{Digest, own};
 use std::collections::HashMap;
-use std::fs::{File, OpenOptions};
+use std::fs::File;
 use std::hash::{BuildHasherDefault, Hasher};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -56,7 +56,7 @@ impl Index {
     pub fn load(path: PathBuf) -> Result<Index, Broken> {
         let mut index = Index::empty(path);
         // What can't be read can't be used, and costs only time.
-        let Ok(bytes) = std::fs::read(&index.path) else { return Ok(index) };
+        let Ok(bytes) = own::read(&index.path) else { return Ok(index) };
         if bytes.is_empty() {
             return Ok(index);
         }
@@ -104,7 +104,7 @@ impl Index {
 
     fn append(&mut self, entry: &[u8; SIZE]) -> io::Result<()> {
         if self.file.is_none() {
-            let mut file = OpenOptions::new().append(true).create(true).open(&self.path)?;
+            let mut file = own::options().append(true).create(true).open(&self.path)?;
             if file.metadata()?.len() == 0 {
                 // Two processes may both do so: the second head stands where an entry would, and is nobody's.
                 file.write_all(&head())?;
@@ -130,7 +130,7 @@ impl Index {
 
     /// Entries that don't prove themselves.
     pub fn broken(path: &Path) -> usize {
-        let Ok(bytes) = std::fs::read(path) else { return 0 };
+        let Ok(bytes) = own::read(path) else { return 0 };
         let entries = bytes.chunks(SIZE).skip(1).filter(|entry| !entry.starts_with(HEAD));
         usize::from(!bytes.is_empty() && !bytes.starts_with(HEAD)) + entries.filter(|e| decode(e).is_none()).count()
     }

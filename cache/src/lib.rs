@@ -9,6 +9,7 @@
 //! | `index.rs` | lookups without opening a file |
 //! | `standing.rs` | whether results still stand, without reading the index |
 //! | `second.rs`, `bucket.rs` | results from another store: a folder, or a bucket of an S3-compatible service |
+//! | `own.rs` | its own files, and no others |
 //! | `lock.rs` | who computes what |
 //! | `upkeep.rs` | count, verify, repair, remove |
 //! | `error.rs` | why it could not serve |
@@ -18,6 +19,7 @@ mod digest;
 mod error;
 mod index;
 mod lock;
+mod own;
 mod recipe;
 mod record;
 mod second;

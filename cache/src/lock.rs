@@ -1,7 +1,8 @@
 //! Locks that save double work: kernel file locks, which die with the process that holds them.
 //!
 //! Correctness never rests on them: publishing is atomic and idempotent.
-use std::fs::{File, OpenOptions, TryLockError};
+use crate::own;
+use std::fs::{File, TryLockError};
 use std::io;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
@@ -23,14 +24,14 @@ impl Drop for Claim {
 /// The lock at `path`, or none where another process (or thread) has it.
 pub(crate) fn claim(path: &Path) -> io::Result<Option<Claim>> {
     loop {
-        let file = OpenOptions::new().write(true).create(true).truncate(false).open(path)?;
+        let file = own::options().write(true).create(true).truncate(false).open(path)?;
         match file.try_lock() {
             Ok(()) => {}
             Err(TryLockError::WouldBlock) => return Ok(None),
             Err(TryLockError::Error(e)) => return Err(e),
         }
         let mine = file.metadata()?;
-        match std::fs::metadata(path) {
+        match std::fs::symlink_metadata(path) {
             Ok(there) if (there.dev(), there.ino()) == (mine.dev(), mine.ino()) => {
                 return Ok(Some(Claim { path: path.into(), _file: file }));
             }
@@ -44,7 +45,7 @@ pub(crate) fn claim(path: &Path) -> io::Result<Option<Claim>> {
 
 /// Whether somebody holds the lock at `path`; changes nothing.
 pub(crate) fn is_held(path: &Path) -> bool {
-    File::open(path).is_ok_and(|file| matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock)))
+    own::open(path).is_ok_and(|file| matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock)))
 }
 
 /// A store in use: nothing in it is removed until this is dropped.
@@ -55,7 +56,7 @@ pub struct InUse {
 
 /// Shared, for runs; exclusive, for what removes. None where somebody else's use forbids it.
 pub(crate) fn hold(path: &Path, exclusive: bool) -> io::Result<Option<InUse>> {
-    let file = OpenOptions::new().write(true).create(true).truncate(false).open(path)?;
+    let file = own::options().write(true).create(true).truncate(false).open(path)?;
     match if exclusive { file.try_lock() } else { file.try_lock_shared() } {
         Ok(()) => Ok(Some(InUse { _file: file })),
         Err(TryLockError::WouldBlock) => Ok(None),

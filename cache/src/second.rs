@@ -3,8 +3,7 @@
 #[cfg(feature = "s3")]
 use crate::bucket::Bucket;
 use crate::store::{self, Found, Store};
-use crate::{Digest, Entry, StoreError};
-use std::fs;
+use crate::{Digest, Entry, StoreError, own};
 use std::path::Path;
 use std::sync::Mutex;
 use std::sync::PoisonError;
@@ -62,7 +61,7 @@ impl Second {
     /// Bytes of a shelf, or none. A folder that can't be read is as if it had nothing.
     fn read(&self, shelf: &str, d: Digest) -> Result<Option<Vec<u8>>, StoreError> {
         match self {
-            Second::Folder(store) => Ok(fs::read(store.path(shelf, d)).ok()),
+            Second::Folder(store) => Ok(own::read(&store.path(shelf, d)).ok()),
             #[cfg(feature = "s3")]
             Second::Bucket(bucket) => bucket.read(shelf, d),
         }

@@ -6,7 +6,7 @@
 use crate::error::FORMAT;
 use crate::index::{Index, Known};
 use crate::lock::{self, Claim, InUse};
-use crate::{Digest, Entry, Recipe, Record, Second, StoreError};
+use crate::{Digest, Entry, Recipe, Record, Second, StoreError, own};
 use rustix::fs::AtFlags;
 use std::{
     fs,
@@ -57,10 +57,12 @@ impl Store {
     ///
     /// # Errors
     /// [`StoreError::Format`] where it holds another format; [`StoreError::NoFolder`] where a file is in its place;
+    /// [`StoreError::Link`] where one of its folders is a symbolic link;
     /// [`StoreError::Io`] where that can't be read.
     pub fn open(root: impl Into<PathBuf>) -> Result<Store, StoreError> {
         let root = root.into();
         check_place(&root)?;
+        check_links(&root)?;
         check_format(&root)?;
         let (serial, ready) = (AtomicU64::new(0), AtomicBool::new(false));
         let (index, objects, notices) = (OnceLock::new(), OnceLock::new(), Mutex::default());
@@ -112,7 +114,7 @@ impl Store {
             fs::create_dir_all(&path).map_err(StoreError::write(&path))?;
         }
         let path = self.root.join("format");
-        if fs::read_to_string(&path).map_or(true, |found| found != format_file()) {
+        if own::read(&path).map_or(true, |found| found != format_file().as_bytes()) {
             self.publish_to(&path, format_file().as_bytes())?;
         }
         self.ready.store(true, Ordering::Release);
@@ -126,6 +128,10 @@ impl Store {
     }
 
     fn publish_to(&self, to: &Path, bytes: &[u8]) -> Result<(), StoreError> {
+        let folder = to.parent().unwrap_or(&self.root);
+        if folder != self.root && own::is_link(folder) {
+            return Err(StoreError::Link { path: folder.into() });
+        }
         let shelf = self.root.join("tmp");
         let (tmp, mut file) = self.new_file(&shelf).map_err(StoreError::write(&shelf))?;
         let written = file.write_all(bytes).map_err(StoreError::write(&tmp));
@@ -159,7 +165,7 @@ impl Store {
     pub fn put(&self, bytes: &[u8]) -> Result<Digest, StoreError> {
         let d = Digest::of(bytes);
         let path = self.path("objects", d);
-        if fs::read(&path).map_or(true, |found| found != bytes) {
+        if own::read(&path).map_or(true, |found| found != bytes) {
             self.publish(&path, bytes)?;
         }
         Ok(d)
@@ -171,7 +177,7 @@ impl Store {
     /// [`StoreError::Io`] where they can't be read, [`StoreError::Damaged`] where they aren't what they should be.
     pub fn get(&self, d: Digest) -> Result<Vec<u8>, StoreError> {
         let path = self.path("objects", d);
-        let bytes = fs::read(&path).map_err(StoreError::read(&path))?;
+        let bytes = own::read(&path).map_err(StoreError::read(&path))?;
         if Digest::of(&bytes) == d {
             return Ok(bytes);
         }
@@ -190,7 +196,7 @@ impl Store {
 
     /// Whether the object with digest `d` is there and whole: reads and hashes it, changes nothing.
     pub fn holds(&self, d: Digest) -> bool {
-        fs::read(self.path("objects", d)).is_ok_and(|bytes| Digest::of(&bytes) == d)
+        own::read(&self.path("objects", d)).is_ok_and(|bytes| Digest::of(&bytes) == d)
     }
 
     /// What the store has for `key`: from the index, with one look at the object's size and time.
@@ -240,7 +246,7 @@ impl Store {
         let (first, rest) = hex.as_str().as_bytes().split_at(2);
         name[..2].copy_from_slice(first);
         name[3..].copy_from_slice(rest);
-        let there = rustix::fs::statat(folder, &name[..], AtFlags::empty()).ok()?;
+        let there = rustix::fs::statat(folder, &name[..], AtFlags::SYMLINK_NOFOLLOW).ok()?;
         let time = there.st_mtime.wrapping_mul(1_000_000_000).wrapping_add(there.st_mtime_nsec as i64);
         Some((u64::try_from(there.st_size).ok()?, time))
     }
@@ -258,7 +264,7 @@ impl Store {
     /// unknown.
     pub fn lookup(&self, key: Digest) -> Option<Record> {
         let path = self.path("results", key);
-        let bytes = fs::read(&path).ok()?;
+        let bytes = own::read(&path).ok()?;
         let record = read_record(key, &bytes);
         if record.is_none() {
             self.notice(format!("the record of {} was damaged: it was moved aside to `damaged/`", key.short()));
@@ -300,7 +306,7 @@ impl Store {
 
     /// The recipe behind `key`, if it is known and whole.
     pub fn recipe(&self, key: Digest) -> Option<Recipe> {
-        read_recipe(key, &fs::read(self.path("recipes", key)).ok()?)
+        read_recipe(key, &own::read(&self.path("recipes", key)).ok()?)
     }
 
     /// Claims `key` for this process while it computes it: none where another process or thread has it, whose result
@@ -342,7 +348,7 @@ impl Store {
     /// What was kept for `key`; what is damaged, or was kept for another key, is removed and counts as nothing.
     pub fn partial(&self, key: Digest) -> Option<Vec<u8>> {
         let path = self.root.join("partial").join(key.hex().as_str());
-        let mut bytes = fs::read(&path).ok()?;
+        let mut bytes = own::read(&path).ok()?;
         let whole = bytes.split_first_chunk::<32>().filter(|(seal, body)| seal_of(key, body).bytes() == *seal);
         if whole.is_none() {
             let _ = fs::remove_file(&path);
@@ -377,11 +383,17 @@ fn check_place(root: &Path) -> Result<(), StoreError> {
     if is_blocked { Err(StoreError::NoFolder { path: root.into() }) } else { Ok(()) }
 }
 
+/// Refuses a store with a folder that is a symbolic link: what is moved and removed there would be somebody else's.
+fn check_links(root: &Path) -> Result<(), StoreError> {
+    let link = own::SHELVES.iter().map(|shelf| root.join(shelf)).find(|path| own::is_link(path));
+    link.map_or(Ok(()), |path| Err(StoreError::Link { path }))
+}
+
 /// Refuses a store of another format; none is as good as this one. A damaged file says nothing: what lies in the store
 /// proves itself.
 fn check_format(root: &Path) -> Result<(), StoreError> {
     let path = root.join("format");
-    match fs::read(&path) {
+    match own::read(&path) {
         Ok(bytes) => {
             let text = String::from_utf8_lossy(&bytes);
             let (found, seal) = text.trim().split_once('\n').unwrap_or((text.trim(), ""));
@@ -393,6 +405,7 @@ fn check_format(root: &Path) -> Result<(), StoreError> {
             Err(StoreError::Format { path, found: found.chars().take(40).collect() })
         }
         Err(e) if matches!(e.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory) => Ok(()),
+        Err(_) if own::is_link(&path) => Ok(()),
         Err(source) => Err(StoreError::Io { path, source }),
     }
 }

@@ -2,7 +2,7 @@
 use crate::index::{Index, Known};
 use crate::lock;
 use crate::store::{self, Store, time_of};
-use crate::{Digest, Record, StoreError};
+use crate::{Digest, Record, StoreError, own};
 use std::collections::{HashMap, HashSet};
 use std::fs::{self, Metadata};
 use std::path::{Path, PathBuf};
@@ -120,7 +120,7 @@ impl Found {
     }
 }
 
-/// Every file on a shelf, in the order of names. A shelf that isn't there is empty.
+/// Every file on a shelf, in the order of names; a symbolic link is a file, wherever it leads. A shelf that isn't there is empty.
 fn files(shelf: &Path) -> Vec<Found> {
     let mut all = Vec::new();
     let mut todo = vec![(shelf.to_path_buf(), String::new())];
@@ -172,14 +172,14 @@ impl Store {
     /// Every result on record, by key.
     pub fn records(&self) -> Vec<(Digest, Record)> {
         let found = self.files("results").into_iter();
-        found.filter_map(|f| Some((f.name?, store::read_record(f.name?, &fs::read(&f.path).ok()?)?))).collect()
+        found.filter_map(|f| Some((f.name?, store::read_record(f.name?, &own::read(&f.path).ok()?)?))).collect()
     }
 
     /// Reads and hashes every object, checks every record, recipe, checkpoint and the index; moves aside what is damaged.
     pub fn verify(&self) -> Verified {
         let mut all = Verified::default();
         for found in self.files("objects") {
-            let bytes = fs::read(&found.path).unwrap_or_default();
+            let bytes = own::read(&found.path).unwrap_or_default();
             if found.name == Some(Digest::of(&bytes)) {
                 all.objects += 1;
                 all.bytes += bytes.len() as u64;
@@ -188,7 +188,7 @@ impl Store {
             }
         }
         for found in self.files("results") {
-            let read = || store::read_record(found.name?, &fs::read(&found.path).ok()?);
+            let read = || store::read_record(found.name?, &own::read(&found.path).ok()?);
             match read() {
                 None => self.put_aside(&found, "its seal doesn't fit", &mut all.problems),
                 Some(record) if !self.path("objects", record.output).exists() => {
@@ -199,7 +199,7 @@ impl Store {
             }
         }
         for found in self.files("recipes") {
-            let read = || store::read_recipe(found.name?, &fs::read(&found.path).ok()?);
+            let read = || store::read_recipe(found.name?, &own::read(&found.path).ok()?);
             if read().is_none() {
                 self.put_aside(&found, "it doesn't hash to its name", &mut all.problems);
             }
@@ -237,8 +237,8 @@ impl Store {
         for found in self.files("results") {
             let read = || {
                 let key = found.name?;
-                let record = store::read_record(key, &fs::read(&found.path).ok()?)?;
-                let object = fs::metadata(self.path("objects", record.output)).ok()?;
+                let record = store::read_record(key, &own::read(&found.path).ok()?)?;
+                let object = fs::symlink_metadata(self.path("objects", record.output)).ok()?;
                 let entry = record.entry();
                 (object.len() == record.bytes).then(|| (key, Known { entry, object_time: time_of(&object) }))
             };
@@ -339,7 +339,7 @@ impl Store {
         order.sort_by_key(|f| (!pinned(f), std::cmp::Reverse(time_of(&f.meta))));
         let (mut kept, mut outputs, mut total) = (HashSet::new(), HashSet::new(), 0);
         for found in order {
-            let read = || Some((found.name?, store::read_record(found.name?, &fs::read(&found.path).ok()?)?));
+            let read = || Some((found.name?, store::read_record(found.name?, &own::read(&found.path).ok()?)?));
             let Some((key, record)) = read() else { continue };
             let object =
                 if outputs.contains(&record.output) { 0 } else { objects.get(&record.output).copied().unwrap_or(0) };

@@ -154,5 +154,5 @@ fn number(cell: &Cell) -> Option<f64> {
 /// The numbers that sum a result up.
 fn scalars(recipe: Option<Recipe>, key: Digest, store: &Store) -> Option<Vec<Scalar>> {
     let stage = registry::stage(&recipe?.stage)?;
-    Some((stage.show)(store.lookup(key)?.output, store).ok()?.scalars)
+    Some(registry::show(stage, store.lookup(key)?.output, store).ok()?.scalars)
 }

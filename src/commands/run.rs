@@ -7,7 +7,7 @@ use crate::history::Last;
 use crate::pipeline::{self, Executor, Pipeline};
 use crate::plan::Plan;
 use crate::watch::Watch;
-use crate::{amount, forecast, history, outputs, report, unchanged};
+use crate::{amount, forecast, history, outputs, registry, report, unchanged};
 use hvi_kit::{Cancel, Store};
 use std::path::Path;
 use std::process::ExitCode;
@@ -213,11 +213,11 @@ pub fn stop_on_interrupt() -> &'static Cancel {
     cancel
 }
 
-/// A panic on a worker is reported as its node's failure: nothing is printed for it.
+/// A panic on a worker is reported as its node's failure, one over a result that is shown as that result's: nothing is printed for it.
 pub fn quiet_workers() {
     let usual = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |info| {
-        if std::thread::current().name() != Some(execute::WORKER) {
+        if std::thread::current().name() != Some(execute::WORKER) && !registry::shows() {
             usual(info);
         }
     }));

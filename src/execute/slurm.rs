@@ -56,6 +56,8 @@ pub struct Cluster<'a> {
     ask: (Instant, Duration),
     /// Whether it was said that Slurm doesn't answer.
     is_silent: bool,
+    /// Whether it was said that it starts no job.
+    is_stuck: bool,
 }
 
 /// A node that a job computes.
@@ -88,6 +90,7 @@ impl<'a> Cluster<'a> {
             look: (now, LOOK.0),
             ask: (now, ASK.0),
             is_silent: false,
+            is_stuck: false,
         }
     }
 
@@ -276,7 +279,10 @@ impl<'a> Cluster<'a> {
         let pause = (self.ask.1 * 2).min(ASK.1);
         self.ask = (Instant::now() + pause, pause);
         let alive = match commands::alive() {
-            Alive::Jobs(alive) => alive,
+            Alive::Jobs(alive, why) => {
+                self.waits(why);
+                alive
+            }
             Alive::Unknown(why) => {
                 let first = self.out.values().next().map(|out| out.job.id);
                 return first.map_or((), |id| self.silent(id, why));
@@ -343,6 +349,15 @@ impl<'a> Cluster<'a> {
         let known: HashSet<Digest> = ordered.iter().copied().collect();
         ordered.extend(keys.into_iter().filter(|key| !known.contains(key)));
         ordered
+    }
+
+    /// Says once why the cluster starts no job: it is for people to see to.
+    fn waits(&mut self, why: Option<String>) {
+        let was_stuck = std::mem::replace(&mut self.is_stuck, why.is_some());
+        if let (false, Some(why), Some(out)) = (was_stuck, why, self.out.values().next()) {
+            let why = format!("Slurm starts none of the jobs: {why}; `sinfo --list-reasons` says more");
+            self.tell(out.job.id, What::Delayed { why });
+        }
     }
 
     fn silent(&mut self, id: NodeId, why: String) {

@@ -172,3 +172,75 @@ impl Host for Relay<'_> {
         Some(kept)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hvi_kit::view::Scalar;
+    use hvi_kit::{Artifact, Stage};
+    use serde::{Deserialize, Serialize};
+    use std::collections::BTreeMap;
+
+    #[derive(Serialize, Deserialize)]
+    struct Number(f64);
+    impl Artifact for Number {
+        const KIND: &'static str = "number/1";
+        fn scalars(&self) -> Vec<Scalar> {
+            Vec::new()
+        }
+    }
+
+    #[derive(Serialize, Deserialize, schemars::JsonSchema)]
+    struct Params {
+        does: String,
+    }
+
+    /// A stage that breaks down, finds that its physics went wrong, or doesn't.
+    struct Doubtful;
+    impl Stage for Doubtful {
+        const NAME: &'static str = "eos.handbook";
+        const SUMMARY: &'static str = "a stage with defects";
+        type Params = Params;
+        type Inputs = ();
+        type Output = Number;
+        fn run(params: &Params, (): (), _: &Ctx<'_>) -> Result<Number, StageError> {
+            match params.does.as_str() {
+                "index" => Ok(Number([1.0, 2.0][params.does.len()])),
+                "nan" => Err(StageError::physics("step 3: the pressure is NaN")),
+                _ => Ok(Number(1.0)),
+            }
+        }
+    }
+    static STAGE: StageDef = StageDef::of::<Doubtful>();
+
+    fn came(store: &Store, does: &str) -> Came {
+        let (code, params) = (Digest::of(b"code"), serde_json::json!({ "does": does }));
+        let inputs = BTreeMap::new();
+        let recipe =
+            Recipe { format: Recipe::FORMAT, stage: Doubtful::NAME.into(), code, params, engine: None, inputs };
+        let key = recipe.key();
+        let (cancel, claim) = (Arc::default(), store.claim(key).unwrap());
+        let job =
+            Job { id: 0, stage: &STAGE, cost: 0.0, recipe, key, threads: 1, memory: 0, foretold: 0.0, cancel, claim };
+        let desk = Desk { store, clock: &Clock::default(), checkpoint: Duration::from_secs(1), tell: &|_| {} };
+        compute(job, &desk)
+    }
+
+    /// The next node runs as if nothing had been, no result is on record, and what failed is not locked.
+    #[test]
+    fn a_stage_that_breaks_down_fails_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let store = Store::open(folder.path()).unwrap();
+        for (does, what) in [("index", "broke down, which is a defect of it: index out of bounds"), ("nan", "is NaN")] {
+            for _ in 0..2 {
+                match came(&store, does) {
+                    Came::Failed { why, transient } => assert!(why.contains(what) && !transient, "{why}"),
+                    _ => panic!("{does} did not fail"),
+                }
+            }
+            assert_eq!(store.stats().results.count, 0);
+        }
+        assert!(matches!(came(&store, "well"), Came::Made(_)));
+        assert_eq!(store.stats().results.count, 1);
+    }
+}

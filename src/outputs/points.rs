@@ -3,6 +3,7 @@ use super::MOST_FOLDERS;
 use super::brief::{Brief, Briefs};
 use crate::execute::{Outcome, Report};
 use crate::plan::{NodeId, Plan};
+use crate::registry;
 use crate::report::{self, Point, State, Unread};
 use hvi_kit::Store;
 use std::sync::Arc;
@@ -19,11 +20,11 @@ pub fn point(plan: &Plan, run: &Report, store: &Store, id: NodeId, unreadable: &
 /// Puts in what the result of node `id` shows, if it has one.
 fn show(point: &mut Point, plan: &Plan, run: &Report, store: &Store, id: NodeId, unreadable: &mut Vec<String>) {
     if let Some(entry) = run.outcomes[id].entry() {
-        match (plan.nodes[id].stage.show)(entry.output, store) {
+        match registry::show(plan.nodes[id].stage, entry.output, store) {
             Ok(shown) => (point.scalars, point.views) = (shown.scalars.into(), shown.views),
             Err(e) => {
                 unreadable.push(format!("{}: its result can't be read: {e}", plan.label(id)));
-                point.state = State::Failed(e.to_string());
+                point.state = State::Failed(e);
             }
         }
     }

@@ -10,17 +10,20 @@ fn script() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/slurm.sh")
 }
 
-/// The cluster's configuration; the cluster watches this process and ends with it.
+/// The configuration of the cluster that the tests share.
 fn cluster() -> &'static str {
     static CLUSTER: OnceLock<String> = OnceLock::new();
-    CLUSTER.get_or_init(|| {
-        let folder = std::env::temp_dir().join(format!("hvi-slurm-{}", std::process::id()));
-        let mut command = Command::new("bash");
-        let up = command.arg(script()).arg("up").arg(&folder).arg(std::process::id().to_string()).output().unwrap();
-        let text = String::from_utf8_lossy(&up.stdout);
-        let line = text.lines().find_map(|line| line.strip_prefix("export SLURM_CONF="));
-        line.unwrap_or_else(|| panic!("no cluster: {}", String::from_utf8_lossy(&up.stderr))).to_string()
-    })
+    CLUSTER.get_or_init(|| up("slurm"))
+}
+
+/// Starts a cluster, which watches this process and ends with it; its configuration.
+fn up(name: &str) -> String {
+    let folder = std::env::temp_dir().join(format!("hvi-{name}-{}", std::process::id()));
+    let mut command = Command::new("bash");
+    let up = command.arg(script()).arg("up").arg(&folder).arg(std::process::id().to_string()).output().unwrap();
+    let text = String::from_utf8_lossy(&up.stdout);
+    let line = text.lines().find_map(|line| line.strip_prefix("export SLURM_CONF="));
+    line.unwrap_or_else(|| panic!("no cluster: {}", String::from_utf8_lossy(&up.stderr))).to_string()
 }
 
 /// The script's other commands on the running cluster.
@@ -201,6 +204,45 @@ fn cancel_ends_the_jobs_of_a_study() {
     let mut squeue = Command::new("squeue");
     squeue.env("SLURM_CONF", cluster()).args(["-h", "--states=running,pending", "--name", &listed[0]]);
     wait_until("the end of the job", || squeue.output().unwrap().stdout.is_empty());
+}
+
+/// It is said why nothing starts, and the run goes on once somebody has seen to it.
+#[test]
+fn a_drained_machine_is_named_and_waited_for() {
+    // One of its own: no other test need wait for it.
+    let cluster = up("drained");
+    let scontrol = |words: &[&str]| {
+        let mut command = Command::new("scontrol");
+        command.env("SLURM_CONF", &cluster).args(["update", "nodename=localhost"]).args(words);
+        assert!(command.status().unwrap().success(), "{words:?}");
+    };
+    scontrol(&["state=drain", "reason=by hand"]);
+    let project = Project::new(SLOW);
+    let said = std::fs::File::create(project.path("said")).unwrap();
+    let mut run = project.command(&["run", "study.toml", "--executor", "slurm"]);
+    let mut child = run.env("SLURM_CONF", &cluster).stderr(said).spawn().unwrap();
+    let read = || std::fs::read_to_string(project.path("said")).unwrap();
+    wait_until("word of the machine", || {
+        assert!(child.try_wait().unwrap().is_none(), "{}", read());
+        read().contains("Slurm starts none of the jobs")
+    });
+    scontrol(&["state=resume"]);
+    assert!(child.wait().unwrap().success(), "{}", read());
+    assert_eq!(read().matches("Slurm starts none of the jobs").count(), 1, "{}", read());
+    assert_eq!(objects(&project), objects(&local(SLOW)));
+}
+
+/// What lies in a store may come from others: only names that this program gives become those of jobs.
+#[test]
+fn batches_of_other_names_cancel_nothing() {
+    let project = local(MANY);
+    let batch = r#"{"study": "study", "threads": 1, "checkpoint_s": 1.0, "tasks": [[]]}"#;
+    std::fs::create_dir_all(project.path("store/slurm")).unwrap();
+    for name in ["0123456789abcdef0123,other", "x", "0123456789ABCDEF0123", "0123456789abcdef012\n"] {
+        project.write(&format!("store/slurm/{name}.json"), batch);
+    }
+    let done = said(command(&project, &["cancel", "study.toml"]).output().unwrap());
+    assert!(done.code == 0 && done.out.contains("0 jobs in 0 batches"), "{}{}", done.out, done.err);
 }
 
 /// A node that could use more cores than any machine has gets those that there are, and does not wait for ever.

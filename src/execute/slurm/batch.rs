@@ -49,8 +49,14 @@ impl Batch {
 
     /// The batch called `name`.
     pub fn read(store: &Store, name: &str) -> Option<Batch> {
-        read(&path(store, name))
+        is_name(name).then(|| read(&path(store, name)))?
     }
+}
+
+/// Whether a batch can have this name: it becomes one of a file, and of jobs. A store may come from others, and Slurm takes lists
+/// where it takes names.
+pub fn is_name(name: &str) -> bool {
+    name.len() == 20 && name.bytes().all(|b| b.is_ascii_digit() || (b'a'..=b'f').contains(&b))
 }
 
 fn read(path: &Path) -> Option<Batch> {
@@ -85,7 +91,7 @@ pub fn all(store: &Store) -> Vec<(String, Batch)> {
     let named = entries.filter_map(|e| {
         let path = e.path();
         let name = path.file_name()?.to_str()?.strip_suffix(".json")?.to_string();
-        if name.starts_with('.') { None } else { Some((name, read(&path)?)) }
+        if is_name(&name) { Some((name, read(&path)?)) } else { None }
     });
     let mut all: Vec<_> = named.collect();
     all.sort_by(|a, b| a.0.cmp(&b.0));

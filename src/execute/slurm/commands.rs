@@ -4,9 +4,17 @@ use super::batch::{self, Batch};
 use crate::pipeline::Profile;
 use hvi_kit::Store;
 use std::collections::HashSet;
-use std::io::Write;
+use std::io::{self, Read, Write};
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+/// How long a command may take to answer. Slurm's own patience is 10 s, unless a cluster says otherwise.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// Why a job waits in the ordinary way of things.
+const ORDINARY: [&str; 8] =
+    ["None", "Priority", "Resources", "Dependency", "BeginTime", "JobArrayTaskLimit", "Cleaning", "Prolog"];
 
 /// What came of a submission.
 pub enum Submitted {
@@ -20,8 +28,8 @@ pub enum Submitted {
 
 /// Which jobs are queued or at work.
 pub enum Alive {
-    /// By batch and task.
-    Jobs(HashSet<(String, usize)>),
+    /// By batch and task; and why none is at work and none will be soon, where Slurm says such a thing.
+    Jobs(HashSet<(String, usize)>, Option<String>),
     /// Slurm did not answer.
     Unknown(String),
 }
@@ -35,7 +43,7 @@ const SILENT: [&str; 6] =
 /// # Errors
 /// What is missing, in one line.
 pub fn version() -> Result<String, String> {
-    match Command::new("sbatch").arg("--version").stdin(Stdio::null()).output() {
+    match answer(Command::new("sbatch").arg("--version"), "") {
         Ok(output) if output.status.success() => Ok(String::from_utf8_lossy(&output.stdout).trim().into()),
         Ok(output) => Err(format!("sbatch --version failed: {}", said(&output))),
         Err(e) => Err(format!(
@@ -69,10 +77,11 @@ pub fn submit(store: &Store, name: &str, batch: &Batch, needs: Needs, profile: &
         command.arg(format!("--time={}", time.as_secs().div_ceil(60).max(1)));
     }
     command.args(profile.words.iter().map(|(option, word)| format!("--{option}={word}")));
-    match with_input(&mut command, &script) {
+    match answer(&mut command, &script) {
         Ok(output) if output.status.success() => Submitted::Yes,
         Ok(output) if is_silent(&output) => Submitted::Unsure(format!("Slurm does not answer: {}", said(&output))),
         Ok(output) => Submitted::No(format!("Slurm refused the job: {}", said(&output))),
+        Err(e) if e.kind() == io::ErrorKind::TimedOut => Submitted::Unsure(format!("Slurm does not answer: {e}")),
         Err(e) => Submitted::No(format!("sbatch can't be run: {e}")),
     }
 }
@@ -95,38 +104,74 @@ fn quoted(word: &str) -> String {
     format!("'{}'", word.replace('\'', "'\\''"))
 }
 
-fn with_input(command: &mut Command, input: &str) -> std::io::Result<Output> {
+/// Runs a command that is given `input`; one that does not come to its end in time is killed.
+fn answer(command: &mut Command, input: &str) -> io::Result<Output> {
     let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn()?;
     if let Some(mut stdin) = child.stdin.take() {
         // One that doesn't read it says why itself.
         let _ = stdin.write_all(input.as_bytes());
     }
-    child.wait_with_output()
+    let (out, err) = (collect(child.stdout.take()), collect(child.stderr.take()));
+    let start = Instant::now();
+    let status = loop {
+        if let Some(status) = child.try_wait()? {
+            break status;
+        }
+        if start.elapsed() > PATIENCE {
+            child.kill().and_then(|()| child.wait())?;
+            let name = command.get_program().to_string_lossy();
+            return Err(io::Error::new(io::ErrorKind::TimedOut, format!("{name} said nothing in {PATIENCE:?}")));
+        }
+        std::thread::sleep(Duration::from_millis(2));
+    };
+    let bytes = |reader: std::thread::JoinHandle<Vec<u8>>| reader.join().unwrap_or_default();
+    Ok(Output { status, stdout: bytes(out), stderr: bytes(err) })
+}
+
+/// Reads all of a pipe on a thread of its own.
+fn collect(pipe: Option<impl Read + Send + 'static>) -> std::thread::JoinHandle<Vec<u8>> {
+    std::thread::spawn(move || {
+        let mut bytes = Vec::new();
+        pipe.map(|mut pipe| pipe.read_to_end(&mut bytes));
+        bytes
+    })
 }
 
 /// Asks which of this user's jobs are queued or at work.
 pub fn alive() -> Alive {
     let mut command = Command::new("squeue");
-    let output = command.args(["--me", "--noheader", "--array", "--format=%j|%K"]).stdin(Stdio::null()).output();
-    match output {
-        Ok(output) if output.status.success() => {
-            let text = String::from_utf8_lossy(&output.stdout);
-            let job = |line: &str| {
-                let (name, task) = line.trim().split_once('|')?;
-                Some((name.strip_prefix(PREFIX)?.to_string(), task.parse().ok()?))
-            };
-            Alive::Jobs(text.lines().filter_map(job).collect())
-        }
+    match answer(command.args(["--me", "--noheader", "--array", "--format=%j|%K|%T|%r"]), "") {
+        Ok(output) if output.status.success() => listed(&String::from_utf8_lossy(&output.stdout)),
         Ok(output) => Alive::Unknown(format!("Slurm does not answer: {}", said(&output))),
+        Err(e) if e.kind() == io::ErrorKind::TimedOut => Alive::Unknown(format!("Slurm does not answer: {e}")),
         Err(e) => Alive::Unknown(format!("squeue can't be run: {e}")),
     }
+}
+
+/// What `squeue` says, one job a line: name, number in its array, state, why it waits. Jobs of other names are others' business.
+fn listed(text: &str) -> Alive {
+    let (mut jobs, mut waits, mut others) = (HashSet::new(), None, false);
+    for line in text.lines() {
+        let mut words = line.trim().splitn(4, '|');
+        let mut word = || words.next().unwrap_or_default();
+        let (name, task, state, why) = (word(), word(), word(), word());
+        let Some(batch) = name.strip_prefix(PREFIX).filter(|batch| batch::is_name(batch)) else { continue };
+        let Ok(task) = task.parse() else { continue };
+        jobs.insert((batch.to_string(), task));
+        if state == "PENDING" && !why.is_empty() && !ORDINARY.contains(&why) {
+            waits = Some(why.replace('_', " "));
+        } else {
+            others |= state != "PENDING";
+        }
+    }
+    Alive::Jobs(jobs, waits.filter(|_| !others))
 }
 
 /// Most cores that a machine of the profile's partition has: a job that asks for more would wait for ever. `None` where Slurm does not
 /// say.
 pub fn most_cores(profile: &Profile) -> Option<usize> {
     let mut command = Command::new("sinfo");
-    command.args(["--noheader", "--format=%c"]).stdin(Stdio::null());
+    command.args(["--noheader", "--format=%c"]);
     command.args(
         profile
             .words
@@ -134,7 +179,7 @@ pub fn most_cores(profile: &Profile) -> Option<usize> {
             .filter(|(option, _)| *option == "partition")
             .map(|(_, word)| format!("--partition={word}")),
     );
-    let output = command.output().ok().filter(|output| output.status.success())?;
+    let output = answer(&mut command, "").ok().filter(|output| output.status.success())?;
     // `16+` where machines differ.
     let cores = |line: &str| line.trim().trim_end_matches('+').parse().ok();
     String::from_utf8_lossy(&output.stdout).lines().filter_map(cores).max()
@@ -146,8 +191,7 @@ pub fn most_cores(profile: &Profile) -> Option<usize> {
 /// What Slurm says to it.
 pub fn cancel(name: &str) -> Result<(), String> {
     let mut command = Command::new("scancel");
-    let output = command.arg(format!("--name={PREFIX}{name}")).stdin(Stdio::null()).output();
-    match output {
+    match answer(command.arg("--me").arg(format!("--name={PREFIX}{name}")), "") {
         Ok(output) if output.status.success() => Ok(()),
         Ok(output) => Err(said(&output)),
         Err(e) => Err(format!("scancel can't be run: {e}")),
@@ -175,5 +219,28 @@ mod tests {
         let word = "a b'; echo $HOME \"`x`";
         let output = Command::new("sh").args(["-c", &format!("printf %s {}", quoted(word))]).output().unwrap();
         assert_eq!(String::from_utf8_lossy(&output.stdout), word);
+    }
+
+    #[test]
+    fn jobs_are_known_by_their_names_and_waits_out_of_the_ordinary_are_said() {
+        let (one, two) = (format!("{:020x}", 7), format!("{:020x}", 8));
+        let jobs = |text: &str| match listed(text) {
+            Alive::Jobs(jobs, why) => (jobs.len(), why),
+            Alive::Unknown(why) => panic!("{why}"),
+        };
+        // Neither a job of another name nor one that only begins like ours counts.
+        let text = format!(
+            "hvi-{one}|3|PENDING|Priority\nhvi-mine|1|RUNNING|None\nother|0|RUNNING|None\nhvi-{two}|N/A|RUNNING|\n"
+        );
+        assert_eq!(jobs(&text), (1, None));
+        let drained = format!("hvi-{one}|3|PENDING|Nodes_required_for_job_are_DOWN\n");
+        assert_eq!(jobs(&drained), (1, Some("Nodes required for job are DOWN".into())));
+        assert_eq!(jobs(&format!("{drained}hvi-{two}|0|RUNNING|None\n")), (2, None), "some are at work");
+    }
+
+    #[test]
+    fn a_command_says_what_it_says() {
+        let output = answer(Command::new("sh").args(["-c", "cat; echo no >&2; exit 3"]), "in").unwrap();
+        assert_eq!((output.status.code(), output.stdout.as_slice(), said(&output)), (Some(3), &b"in"[..], "no".into()));
     }
 }

@@ -1,0 +1,5 @@
+//! libFuzzer on `readers::pipeline`.
+#![no_main]
+#[path = "../readers.rs"]
+mod readers;
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| readers::pipeline(bytes));
