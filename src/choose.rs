@@ -13,7 +13,8 @@ use crate::forecast;
 use crate::history::Last;
 use crate::mistake::{At, Mistake};
 use crate::pipeline::{self, Pipeline};
-use crate::plan::{self, Plan};
+use crate::plan::{self, NodeId, Plan};
+use crate::region;
 use crate::tradeoff::{self, Outcome};
 use crate::value::{Key, Node, Table, Value};
 use crate::{amount, console};
@@ -115,15 +116,9 @@ fn settings(choice: &Choice) -> impl Iterator<Item = String> + '_ {
 }
 
 fn wish<'a>(pipeline: &Pipeline, key: &'a Key, value: &'a Value) -> Result<Wish<'a>, Mistake> {
-    let table = value.table("[choose.NAME]")?;
-    if let Some((wrong, _)) = table.0.iter().find(|(k, _)| !KEYS.contains(&k.text.as_str())) {
-        let mistake = Mistake::new(format!("unknown key `{}` in [choose.{}]", wrong.text, key.text));
-        return Err(mistake.at(&wrong.at, "not known here").nearest(&wrong.text, KEYS));
-    }
-    let needed = |name: &str| {
-        let missing = || Mistake::new(format!("[choose.{}] lacks `{name}`", key.text)).at(&key.at, "here");
-        table.get(name).ok_or_else(missing)
-    };
+    let (table, own) = (value.table("[choose.NAME]")?, format!("[choose.{}]", key.text));
+    table.only(&KEYS, &own)?;
+    let needed = |name: &str| table.needed(name, &own, &key.at);
     let text = |name: &str| Ok::<_, Mistake>((needed(name)?.text("a name")?, &needed(name)?.at));
     let (block, quantity, front) = (text("block")?, text("quantity")?, text("front")?);
     let (goal, words) = goal(key, table)?;
@@ -179,11 +174,14 @@ fn steps(pipeline: &Pipeline, value: &Value) -> Result<Vec<String>, Mistake> {
         }
         Err(Mistake::new(format!("there is no step `{text}`")).at(&v.at, "here").nearest(text, names()))
     };
-    items.iter().map(name).collect()
+    match items.is_empty() {
+        true => Err(Mistake::new("no step gets the setting: of = [\"sweep\"]").at(&value.at, "names none")),
+        false => items.iter().map(name).collect(),
+    }
 }
 
 fn choose(pipeline: &Pipeline, wish: &Wish<'_>, store: &Store) -> Result<Choice, Mistake> {
-    let front = pipeline::read(&wish.front, &[])?;
+    let front = region::settled(pipeline::read(&wish.front, &[])?)?;
     let plan = plan::plan(&front, &[])?;
     let blocks = tradeoff::blocks(&front, &plan)?;
     let Some(block) = blocks.iter().find(|b| b.name == wish.block.0) else {
@@ -200,6 +198,12 @@ fn choose(pipeline: &Pipeline, wish: &Wish<'_>, store: &Store) -> Result<Choice,
         );
         let help = format!("hvi-flow tradeoff {}", wish.front.display());
         return Err(Mistake::new(title).at(wish.at, "its results are not in the store").help(help));
+    }
+    let names_results = |id: &NodeId| plan.nodes[*id].swept.iter().find(|(_, value)| value.starts_with('@'));
+    if let Some((swept, value)) = block.nodes.iter().find_map(names_results) {
+        let title = format!("the settings of [tradeoff.{}] name results of {}", block.name, wish.front.display());
+        let mistake = Mistake::new(title).at(wish.block.1, "no setting of it can be taken over");
+        return Err(mistake.help(format!("one of them is {swept} = {value}")));
     }
     let outcome = tradeoff::outcome(block, &plan, &forecasts, store)?;
     let Some(quantity) = outcome.quantities.iter().find(|q| q.name == wish.quantity.0) else {
@@ -231,7 +235,11 @@ fn candidates(
             foretold: 0.0,
         };
         let set: Vec<String> = settings(&choice).collect();
-        let plan = plan::plan(&pipeline::read(&pipeline.path, &set)?, &wish.steps)?;
+        let planned = |set: &[String]| plan::plan(&region::settled(pipeline::read(&pipeline.path, set)?)?, &wish.steps);
+        let plan = planned(&set).map_err(|why| {
+            let title = format!("the front's setting {} fits none of {}", set.join(", "), wish.steps.join(", "));
+            Mistake::new(title).at(wish.block.1, "of this front").help(why.to_string())
+        })?;
         let own = plan.steps.iter().filter(|s| wish.steps.contains(&s.name)).flat_map(|s| s.nodes.clone());
         // As far off as the front's run was that has the same setting.
         choice.foretold = own.map(|id| plan.nodes[id].cost * cost / sample.foretold).sum();

@@ -22,6 +22,7 @@ use crate::choose;
 use crate::mistake::Mistake;
 use crate::pipeline::{self, Pipeline};
 use crate::plan::Plan;
+use crate::region;
 use hvi_cache::Second;
 use hvi_kit::Store;
 use std::path::{Path, PathBuf};
@@ -75,6 +76,7 @@ impl StudyArgs {
             })?;
             pipeline = choose::settled(pipeline, &self.set, &store)?;
         }
+        let pipeline = region::settled(pipeline)?;
         let plan = crate::plan::plan(&pipeline, only)?;
         Ok((pipeline, plan))
     }

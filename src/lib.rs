@@ -26,6 +26,8 @@
 //! | `events.rs`, `console.rs` | what happens, and how it is shown |
 //! | `outputs.rs`, `report.rs`, `report.html`, `figure.rs`, `hdf5_table.rs`, `hdf5_file.rs`, `extended_xyz.rs`, `vtkhdf.rs` | what people get: page, CSV, SVG, PNG, HDF5, XYZ, VTKHDF |
 //! | `tradeoff.rs` | `[tradeoff.NAME]`: sets of runs, joined with what they cost |
+//! | `region.rs` | `region = "auto"`: of a sweep of states only those that the scenes come to |
+//! | `repeat.rs` | a study computed again for its times: medians in the records, and the same bits |
 //! | `choose.rs` | `[choose.NAME]`: settings by the error or the time asked for, from a measured front |
 //! | `amount.rs`, `named_file.rs` | times and sizes as people write them; files that they name |
 //! | `watch.rs` | the page of a study that runs, on this machine's own address |
@@ -58,7 +60,9 @@ pub mod pipeline;
 pub mod plan;
 pub mod reference;
 pub mod reference_page;
+pub mod region;
 pub mod registry;
+pub mod repeat;
 pub mod report;
 pub mod ro_crate;
 pub mod schedule;

@@ -8,6 +8,7 @@ use crate::execute::{Outcome, Report};
 use crate::mistake::Mistake;
 use crate::pipeline::Pipeline;
 use crate::plan::{Plan, PlannedStep};
+use crate::region::Region;
 use crate::registry::PROGRAM;
 use crate::report::{self, Point, Step, Study};
 use crate::{extended_xyz, figure, hdf5_table, vtkhdf};
@@ -235,19 +236,23 @@ pub struct Title {
     pub command: String,
     /// What its `[choose.NAME]` chose.
     pub chosen: Vec<Choice>,
+    /// What its `region = "auto"` left out.
+    pub regions: Vec<Region>,
 }
 impl Title {
     /// That of `pipeline`.
     pub fn of(pipeline: &Pipeline) -> Title {
         let command = format!("hvi-flow run {}", pipeline.path.display());
-        let (name, question, chosen) = (pipeline.name.clone(), pipeline.question.clone(), pipeline.chosen.clone());
-        Title { name, question, command, chosen }
+        let (name, question) = (pipeline.name.clone(), pipeline.question.clone());
+        Title { name, question, command, chosen: pipeline.chosen.clone(), regions: pipeline.regions.clone() }
     }
 
     fn study(&self, plan: &Plan, run: &Report, steps: Vec<Step>) -> Study {
         let (name, command, seconds) = (self.name.clone(), self.command.clone(), run.seconds);
         let chosen = self.chosen.iter().map(|choice| choice.compared(plan, run));
-        let question = std::iter::once(self.question.clone()).chain(chosen).collect::<Vec<_>>().join("\n\n");
+        let left_out = self.regions.iter().map(|region| format!("{}.", region.sentence()));
+        let question =
+            std::iter::once(self.question.clone()).chain(chosen).chain(left_out).collect::<Vec<_>>().join("\n\n");
         Study { name, question, steps, seconds, command }
     }
 }
@@ -302,6 +307,7 @@ fn digest(pipeline: &Pipeline, plan: &Plan, run: &Report) -> String {
     add(pipeline.path.as_os_str().as_encoded_bytes());
     add(pipeline.question.as_bytes());
     pipeline.chosen.iter().for_each(|choice| add(choice.sentence().as_bytes()));
+    pipeline.regions.iter().for_each(|region| add(region.sentence().as_bytes()));
     pipeline.steps.iter().for_each(|step| add(step.name.as_bytes()));
     for (node, (outcome, key)) in plan.nodes.iter().zip(run.outcomes.iter().zip(&run.keys)) {
         add(plan.steps[node.step].name.as_bytes());

@@ -3,6 +3,7 @@ use crate::amount;
 use crate::choose::Choice;
 use crate::mistake::{At, Mistake, Source};
 use crate::named_file;
+use crate::region::Region;
 use crate::registry;
 use crate::sweep::{self, Point};
 use crate::value::{self, Key, Node, Table, Value};
@@ -36,6 +37,8 @@ pub struct Pipeline {
     pub choose: Table,
     /// What came of them, once they are settled.
     pub chosen: Vec<Choice>,
+    /// What came of `region = "auto"`, once it is settled: see [`crate::region`].
+    pub regions: Vec<Region>,
     /// The files it was read from, included ones too, with the digests of their bytes.
     pub files: Vec<(PathBuf, Digest)>,
 }
@@ -91,6 +94,8 @@ pub struct Step {
     pub params: Table,
     /// Its points; one empty one without a sweep.
     pub points: Vec<Point>,
+    /// Where it says `region = "auto"`, if it does.
+    pub region: Option<At>,
 }
 
 /// Files that include files that include files.
@@ -123,8 +128,20 @@ pub fn read(path: &Path, settings: &[String]) -> Result<Pipeline, Mistake> {
         return Err(Mistake::new(title).help("call the file something that doesn't begin with a dot"));
     }
     let (question, settings, tradeoff, choose) = (raw.question, raw.settings, raw.tradeoff, raw.choose);
-    let (chosen, files) = (Vec::new(), raw.files);
-    Ok(Pipeline { path: path.into(), name, question, steps, settings, remarks, tradeoff, choose, chosen, files })
+    let (chosen, regions, files) = (Vec::new(), Vec::new(), raw.files);
+    Ok(Pipeline {
+        path: path.into(),
+        name,
+        question,
+        steps,
+        settings,
+        remarks,
+        tradeoff,
+        choose,
+        chosen,
+        regions,
+        files,
+    })
 }
 
 /// Name of the study in the file at `path`: the file's stem.
@@ -217,11 +234,7 @@ impl Raw {
     }
 
     fn add_step(&mut self, key: Key, value: Value, folder: &Path) -> Result<(), Mistake> {
-        let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-');
-        if key.text.is_empty() || !key.text.chars().all(plain) {
-            let title = format!("`{}` is no name for a step", key.text);
-            return Err(Mistake::new(title).at(&key.at, "use letters, digits, `_` and `-`"));
-        }
+        key.plain("a step")?;
         if self.steps.iter().any(|s| s.key.text == key.text) {
             return Err(Mistake::new(format!("step `{}` is there already", key.text)).at(&key.at, "the second one"));
         }
@@ -313,6 +326,7 @@ impl Raw {
             timeout: raw.table.take("timeout").map(|(_, v)| amount(&v, TIMEOUT, amount::time)).transpose()?,
             retry: raw.table.take("retry").map(|(_, v)| whole("retry", &v, 0..=100)).transpose()?.map(|n| n as u32),
         };
+        let region = raw.table.take("region").map(|(_, v)| region(&v)).transpose()?;
         let points_of = |name: &str| above.iter().find(|s| s.name == name).map(|s| &s.points[..]);
         let points = sweep::expand(&mut raw.table, &points_of)?;
         let substitute = |mut v: Value| {
@@ -325,7 +339,7 @@ impl Raw {
             .into_iter()
             .map(|p| p.into_iter().map(|(k, v)| (k.clone(), self.material(&k, substitute(v)))).collect());
         let points = points.collect();
-        Ok(Step { name, at: raw.key.at, folder: raw.folder, stage: def, care, params, points })
+        Ok(Step { name, at: raw.key.at, folder: raw.folder, stage: def, care, params, points, region })
     }
 
     /// Where a key `material` names a `[material.NAME]`, puts that table in its place.
@@ -376,6 +390,17 @@ fn whole(key: &str, value: &Value, range: RangeInclusive<i64>) -> Result<i64, Mi
         _ => {
             let title = format!("`{key}` is a whole number, {} to {}", range.start(), range.end());
             Err(Mistake::new(title).at(&value.at, "here"))
+        }
+    }
+}
+
+/// `region = "auto"`.
+fn region(value: &Value) -> Result<At, Mistake> {
+    match value.text("\"auto\"")? {
+        "auto" => Ok(value.at.clone()),
+        other => {
+            let mistake = Mistake::new(format!("unknown region `{other}`")).at(&value.at, "not known here");
+            Err(mistake.help("write region = \"auto\", or leave it out for the whole sweep"))
         }
     }
 }

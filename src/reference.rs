@@ -146,6 +146,11 @@ pub fn nodes(plan: &Plan, text: &str) -> Result<Vec<NodeId>, Mistake> {
     }
 }
 
+/// Whether two values as written are the same: `2.5 mm` and `0.0025 m` are.
+pub fn same(a: &str, b: &str) -> bool {
+    Same::of(a) == Same::of(b)
+}
+
 /// What values that are the same as written have in common: the text, the quantity, or the items of a list.
 #[derive(PartialEq, Eq, Hash)]
 enum Same {
@@ -214,7 +219,6 @@ mod tests {
 
     #[test]
     fn values_are_the_same_in_any_unit() {
-        let same = |a: &str, b: &str| Same::of(a) == Same::of(b);
         assert!(same("2.5 mm", "0.0025 m") && same("[1 us, 2 us]", "[1000 ns,2 us]") && same("1", "1.0"));
         assert!(same("0", "-0.0") && same("copper", "copper") && same("['a', b]", "[a,b]"));
         assert!(!same("2.5 mm", "2.5 m") && !same("[1 us]", "[1 us, 2 us]") && !same("a", "b"));

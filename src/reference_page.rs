@@ -43,8 +43,9 @@ const STEPS: &str = r#"
 | `points` | `[{ velocity = "1 km/s" }, { velocity = "2 km/s", angle = "30 deg" }]` | one result for each table |
 | `timeout` | a time: `"10 min"` | the longest one node may take; goes before `--timeout` and that of `[run]` |
 | `retry` | a whole number, 0 to 100 | how often to try again what failed for a reason that may pass; goes before `--retry` and that of `[run]` |
+| `region` | `"auto"` | of a sweep over states of matter only those that the pipeline's scenes bring it to, by estimate; what was left out is said |
 
-`timeout` and `retry` never enter a key.
+`timeout`, `retry` and `region` never enter a key.
 "#;
 
 fn text(value: &Value) -> &str {

@@ -185,6 +185,10 @@ fn step(stage: &StageDef, object: &mut Value) {
     keys["use"] = json!({ "const": stage.name });
     keys["timeout"] = timeout();
     keys["retry"] = retry();
+    keys["region"] = json!({
+        "const": "auto",
+        "description": "Of a sweep over states of matter only those that the pipeline's scenes come to.",
+    });
     keys["sweep"] = json!({
         "type": "object",
         "description": "One result for each combination: key = [values], or \"FIRST .. LAST in COUNT\", or \"@STEP[*]\" for each of that step's points; keys may be dotted.",

@@ -99,7 +99,8 @@ fn each<'a>(text: &str, axis: &Value, points_of: &dyn Fn(&str) -> Option<&'a [Po
         Selection::Where(pairs) => pairs,
         Selection::All | Selection::None => Vec::new(),
     };
-    let has = |p: &Point, key: &str, value: &str| p.iter().any(|(k, v)| k.text == key && v.label() == value);
+    let has =
+        |p: &Point, key: &str, value: &str| p.iter().any(|(k, v)| k.text == key && reference::same(&v.label(), value));
     let fits = |p: &&Point| pairs.iter().all(|(key, value)| has(p, key, value));
     let value = |p: &Point| Value { node: Node::Text(format!("@{}[{}]", wanted.step, label(p))), at: axis.at.clone() };
     let values: Vec<Value> = points.iter().filter(fits).map(value).collect();
@@ -196,7 +197,7 @@ mod tests {
         let all = labels("sweep = { eos = \"@above[*]\" }").unwrap();
         assert_eq!(all.len(), 3);
         assert_eq!(all[1], "eos='@above[a=1, b=2 km/s]'");
-        assert_eq!(labels("sweep = { eos = \"@above[b=1 km/s]\" }").unwrap().len(), 2);
+        assert_eq!(labels("sweep = { eos = \"@above[b=1000 m/s]\" }").unwrap().len(), 2);
     }
 
     #[test]

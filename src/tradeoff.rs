@@ -2,7 +2,7 @@
 use crate::forecast::Forecast;
 use crate::mistake::{At, Mistake};
 use crate::pipeline::Pipeline;
-use crate::plan::{NodeId, Plan};
+use crate::plan::{Node, NodeId, Plan};
 use crate::reference::{self, Selection};
 use crate::value::{Key, Node as Written, Value};
 use hvi_kit::view::View;
@@ -52,7 +52,9 @@ impl Outcome<'_> {
     pub fn views(&self) -> Vec<View> {
         if self.block.spread {
             let table = hvi_tradeoff::spread_table(&self.block.along, &self.spreads);
-            return vec![View::Table(table), View::Figure(hvi_tradeoff::spread_figure(&self.spreads))];
+            let runs = hvi_tradeoff::spread_runs(&self.block.along, &self.samples);
+            let figure = hvi_tradeoff::spread_figure(&self.spreads);
+            return vec![View::Table(table), View::Figure(figure), View::Table(runs)];
         }
         let checked = |(made, checks): &(String, Vec<Check>)| hvi_tradeoff::checked(made, &self.block.along, checks);
         let mut views: Vec<View> = self.checks.iter().map(|c| View::Table(checked(c))).collect();
@@ -86,22 +88,15 @@ pub fn blocks(pipeline: &Pipeline, plan: &Plan) -> Result<Vec<Block>, Mistake> {
 }
 
 fn block(key: &Key, value: &Value, plan: &Plan) -> Result<Block, Mistake> {
-    let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-');
-    if key.text.is_empty() || !key.text.chars().all(plain) {
-        let title = format!("`{}` is no name for a block", key.text);
-        return Err(Mistake::new(title).at(&key.at, "use letters, digits, `_` and `-`"));
-    }
-    let table = value.table("[tradeoff.NAME]")?;
-    if let Some((wrong, _)) = table.0.iter().find(|(k, _)| !KEYS.contains(&k.text.as_str())) {
-        let mistake = Mistake::new(format!("unknown key `{}` in [tradeoff.{}]", wrong.text, key.text));
-        return Err(mistake.at(&wrong.at, "not known here").nearest(&wrong.text, KEYS));
-    }
-    let needed = |name: &str| {
-        let missing = || Mistake::new(format!("[tradeoff.{}] lacks `{name}`", key.text)).at(&key.at, "here");
-        table.get(name).ok_or_else(missing)
-    };
+    key.plain("a block")?;
+    let (table, own) = (value.table("[tradeoff.NAME]")?, format!("[tradeoff.{}]", key.text));
+    table.only(&KEYS, &own)?;
+    let needed = |name: &str| table.needed(name, &own, &key.at);
     let (of, along) = (needed("of")?, needed("along")?);
     let nodes = nodes(plan, of)?;
+    if let Some(id) = nodes.iter().find(|id| hvi_tradeoff::names(plan.nodes[**id].stage.output).is_empty()) {
+        return Err(unknown(&plan.nodes[*id], &of.at));
+    }
     let flag = |name: &str| match table.get(name).map(|v| (v, &v.node)) {
         None => Ok(false),
         Some((_, Written::Bool(flag))) => Ok(*flag),
@@ -172,6 +167,12 @@ fn cost(plan: &Plan, forecasts: &[Forecast], id: NodeId, through: bool) -> f64 {
     sum
 }
 
+/// What is said of runs that have no quantities.
+fn unknown(node: &Node, at: &At) -> Mistake {
+    let title = format!("no quantities are known of what `{}` makes", node.stage.name);
+    Mistake::new(title).at(at, "expected runs of `impact`, `md`, `eos.gray` or `eos.survey`")
+}
+
 fn nodes(plan: &Plan, value: &Value) -> Result<Vec<NodeId>, Mistake> {
     reference::nodes(plan, value.text("a reference, as in \"@ball[*]\"")?).map_err(|m| m.at(&value.at, "here"))
 }
@@ -181,6 +182,27 @@ fn one_eos(plan: &Plan, value: &Value) -> Result<NodeId, Mistake> {
         [id] if plan.nodes[id].stage.output == hvi_eos::EosResult::KIND => Ok(id),
         _ => Err(Mistake::new("`eos` is one equation of state").at(&value.at, "this is not")),
     }
+}
+
+/// Whether a quantity `wanted`, as QUANTITY or BLOCK.QUANTITY, may come of runs of `blocks`.
+///
+/// # Errors
+/// [`Mistake`] with those that there are, or where no quantities are known of what a block's runs make.
+pub fn knows(blocks: &[Block], plan: &Plan, wanted: &str) -> Result<(), Mistake> {
+    let mut full = Vec::new();
+    for block in blocks {
+        let names = block.nodes.iter().flat_map(|id| hvi_tradeoff::names(plan.nodes[*id].stage.output));
+        let names: BTreeSet<&str> = names.copied().collect();
+        if names.contains(wanted) {
+            return Ok(());
+        }
+        full.extend(names.into_iter().map(|name| format!("{}.{name}", block.name)));
+    }
+    if full.iter().any(|name| name == wanted) {
+        return Ok(());
+    }
+    let mistake = Mistake::new(format!("there is no quantity `{wanted}`"));
+    Err(mistake.nearest(wanted, full.iter().map(String::as_str)))
 }
 
 /// Measures the runs of `block`, all of which have results.
@@ -206,10 +228,7 @@ pub fn outcome<'a>(
         let measures: Measures =
             hvi_tradeoff::of_kind(kind, entry.output, store, eos.as_ref()).map_err(|e| match e {
                 Unknown::Load(e) => unreadable(e),
-                Unknown::Kind => {
-                    let title = format!("no quantities are known of what `{}` makes", node.stage.name);
-                    Mistake::new(title).at(&block.at, "expected runs of `impact`, `md`, `eos.gray` or `eos.survey`")
-                }
+                Unknown::Kind => unknown(node, &block.at),
             })?;
         let swept = settings(plan, id, block.spread);
         let of = |wanted: bool| swept.iter().filter(move |(k, _)| (*k == block.along) == wanted);
@@ -232,18 +251,18 @@ pub fn outcome<'a>(
     Ok(Outcome { block, samples, quantities, checks: None, spreads })
 }
 
-/// Swept keys that go with the one that is refined: another value at each of its values, and each but once.
+/// Swept keys that go with the one that is refined: each of its values with one of theirs and the other way round.
 fn coupled<'a>(block: &Block, plan: &'a Plan) -> Vec<&'a str> {
-    let swept = |id: &NodeId| &plan.nodes[*id].swept;
-    let values = |key: &str| -> BTreeSet<&str> {
-        block.nodes.iter().flat_map(swept).filter(|(k, _)| k == key).map(|(_, v)| v.as_str()).collect()
+    let value = |id: &NodeId, key: &str| {
+        plan.nodes[*id].swept.iter().find(|(k, _)| k == key).map(|(_, v)| v.as_str()).unwrap_or_default()
+    };
+    let go_together = |key: &str| {
+        let (mut there, mut back) = (BTreeMap::new(), BTreeMap::new());
+        let pairs = || block.nodes.iter().map(|id| (value(id, &block.along), value(id, key)));
+        pairs().all(|(a, b)| *there.entry(a).or_insert(b) == b && *back.entry(b).or_insert(a) == a)
     };
     let keys: BTreeSet<&str> = plan.nodes[block.nodes[0]].swept.iter().map(|(k, _)| k.as_str()).collect();
-    let runs = block.nodes.len();
-    if values(&block.along).len() != runs {
-        return Vec::new();
-    }
-    keys.into_iter().filter(|key| *key != block.along && values(key).len() == runs).collect()
+    keys.into_iter().filter(|key| *key != block.along && go_together(key)).collect()
 }
 
 /// Holds the choices of blocks against the runs of those that check them.

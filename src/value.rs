@@ -37,7 +37,38 @@ pub struct Key {
     pub at: At,
 }
 
+impl Key {
+    /// Whether it can name a file and a reference, as the names of steps and blocks do.
+    ///
+    /// # Errors
+    /// [`Mistake`] where it has other characters; `what` it would be the name of.
+    pub fn plain(&self, what: &str) -> Result<(), Mistake> {
+        let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-');
+        if !self.text.is_empty() && self.text.chars().all(plain) {
+            return Ok(());
+        }
+        let mistake = Mistake::new(format!("`{}` is no name for {what}", self.text));
+        Err(mistake.at(&self.at, "use letters, digits, `_` and `-`"))
+    }
+}
+
 impl Table {
+    /// Whether it has no other keys than `keys`; `of` it, for people.
+    ///
+    /// # Errors
+    /// [`Mistake`] at the first other one.
+    pub fn only(&self, keys: &[&str], of: &str) -> Result<(), Mistake> {
+        let Some((wrong, _)) = self.0.iter().find(|(k, _)| !keys.contains(&k.text.as_str())) else { return Ok(()) };
+        let mistake = Mistake::new(format!("unknown key `{}` in {of}", wrong.text)).at(&wrong.at, "not known here");
+        Err(mistake.nearest(&wrong.text, keys.iter().copied()))
+    }
+    /// The value at `key`, without which `of`, which begins at `at`, can't be.
+    ///
+    /// # Errors
+    /// [`Mistake`] where there is none.
+    pub fn needed(&self, key: &str, of: &str, at: &At) -> Result<&Value, Mistake> {
+        self.get(key).ok_or_else(|| Mistake::new(format!("{of} lacks `{key}`")).at(at, "here"))
+    }
     /// The value at `key`.
     pub fn get(&self, key: &str) -> Option<&Value> {
         self.0.iter().find(|(k, _)| k.text == key).map(|(_, v)| v)

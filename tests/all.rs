@@ -18,6 +18,7 @@ mod suite {
     pub mod language;
     pub mod mutation;
     pub mod project;
+    pub mod region;
     #[cfg(feature = "s3")]
     pub mod s3;
     pub mod schema;

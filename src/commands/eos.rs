@@ -1,8 +1,9 @@
 //! `eos`: an equation of state from a file or by name, asked for states and curves.
 use super::{Done, Stop};
-use crate::console::say;
+use crate::console::{say, warn};
 use crate::mistake::{At, Mistake, Source};
 use hvi_eos::curve::CurveError;
+use hvi_eos::curves::trace::Sample;
 use hvi_eos::curves::{densest, densest_adiabat, text};
 use hvi_eos::definition::Definition;
 use hvi_eos::handbook::Set;
@@ -109,6 +110,7 @@ pub fn run(args: &Args) -> Done {
             let eos = read(file)?.eos;
             let source = load(states)?;
             let samples = text::answer(&eos, &source.text).map_err(|f| marked(&source, &f))?;
+            warn_of_extrapolation(&eos, &samples);
             text::write(&samples)
         }
         Ask::Curve { file, kind } => text::write(&curve(&read(file)?.eos, kind)?),
@@ -128,7 +130,23 @@ pub fn run(args: &Args) -> Done {
     Ok(ExitCode::SUCCESS)
 }
 
-fn curve(eos: &Eos, kind: &Kind) -> Result<Vec<hvi_eos::curves::trace::Sample>, Stop> {
+/// Says how many of the states are denser than the model's formulas reach.
+fn warn_of_extrapolation(eos: &Eos, samples: &[Sample]) {
+    let Some(least) = eos.least_volume() else { return };
+    let denser: Vec<usize> = (0..samples.len()).filter(|&i| samples[i].volume < least).map(|i| i + 1).collect();
+    if let Some(first) = denser.first() {
+        warn(format_args!(
+            "{} of {} states, the first of them number {first}, are denser than V/V0 = {:.3}: there the {} equation of state goes on along \
+             its tangent",
+            denser.len(),
+            samples.len(),
+            least / eos.reference_volume(),
+            eos.name()
+        ));
+    }
+}
+
+fn curve(eos: &Eos, kind: &Kind) -> Result<Vec<Sample>, Stop> {
     let v0 = eos.reference_volume();
     let none = |e: CurveError| Stop::Mistake(Mistake::new(e.to_string()));
     Ok(match kind {

@@ -55,7 +55,7 @@ pub struct Args {
 }
 
 impl Args {
-    fn options<'a>(
+    pub(super) fn options<'a>(
         &self,
         pipeline: &'a Pipeline,
         jobs: usize,
@@ -74,6 +74,12 @@ impl Args {
                 .then_some(Remote { study: &pipeline.name, profile: &pipeline.settings.slurm }),
             ..usual
         }
+    }
+
+    /// Threads at work at once.
+    pub(super) fn jobs(&self, pipeline: &Pipeline) -> usize {
+        let cores = || std::thread::available_parallelism().map_or(1, usize::from);
+        self.jobs.map(usize::from).or(pipeline.settings.jobs).unwrap_or_else(cores).max(1)
     }
 
     /// Whether the run is one of all of the study, on this machine.
@@ -122,8 +128,7 @@ pub fn run(args: &Args) -> Done {
     if args.is_remote(&pipeline) {
         execute::slurm::version().map_err(Stop::Machine)?;
     }
-    let cores = || std::thread::available_parallelism().map_or(1, usize::from);
-    let jobs = args.jobs.map(usize::from).or(pipeline.settings.jobs).unwrap_or_else(cores).max(1);
+    let jobs = args.jobs(&pipeline);
     let cancel = stop_on_interrupt();
     quiet_workers();
     let console = Console::new(mode, &plan, jobs);

@@ -2,12 +2,15 @@
 use super::compare::cell;
 use super::{Done, Stop, run};
 use crate::choose;
-use crate::console::{say, warn};
+use crate::console::{Console, Mode, say, warn};
 use crate::history::Last;
 use crate::mistake::Mistake;
+use crate::pipeline::Pipeline;
+use crate::plan::Plan;
 use crate::report::{self, Point, State, Step, Study, Unread};
 use crate::tradeoff::{self, Outcome};
-use crate::{amount, figure, forecast};
+use crate::{amount, figure, forecast, repeat};
+use hvi_kit::Store;
 use hvi_kit::view::{Table, View};
 use hvi_tradeoff::{Chosen, Pace, Quantity};
 use std::fmt::Write;
@@ -30,6 +33,9 @@ pub struct Args {
     /// The most accurate setting within this CPU time, such as 10min, for --quantity
     #[arg(long, value_name = "TIME", requires = "quantity", value_parser = amount::time)]
     budget: Option<std::time::Duration>,
+    /// Compute the study so often in all, each time in an empty store: the times on record become medians, and the bits must agree
+    #[arg(long, value_name = "TIMES", default_value = "1", value_parser = clap::value_parser!(u32).range(1..=100))]
+    repeat: u32,
     /// The quantity that --accuracy and --budget are of: QUANTITY, or BLOCK.QUANTITY
     #[arg(long, value_name = "QUANTITY")]
     quantity: Option<String>,
@@ -43,11 +49,15 @@ pub fn run(args: &Args) -> Done {
     let (pipeline, plan) = args.run.study.read(&[])?;
     let blocks = tradeoff::blocks(&pipeline, &plan)?;
     let target = args.accuracy.as_deref().map(percent).transpose()?;
+    args.quantity.as_deref().map_or(Ok(()), |wanted| tradeoff::knows(&blocks, &plan, wanted))?;
     let ended = run::run(&args.run)?;
     if ended != ExitCode::SUCCESS {
         return Ok(ended);
     }
     let store = args.run.study.store()?;
+    if args.repeat > 1 && !repeated(args, &pipeline, &plan, &store)? {
+        return Ok(ExitCode::from(130));
+    }
     let forecasts = forecast::forecast(&plan, &store, &Last::of(&store, &pipeline.name));
     let outcome = |b| tradeoff::outcome(b, &plan, &forecasts, &store);
     let mut outcomes: Vec<Outcome<'_>> = blocks.iter().map(outcome).collect::<Result<_, _>>()?;
@@ -78,6 +88,16 @@ pub fn run(args: &Args) -> Done {
     }
 }
 
+/// Computes the study again as often as asked; false where it was stopped.
+fn repeated(args: &Args, pipeline: &Pipeline, plan: &Plan, store: &Store) -> Result<bool, Stop> {
+    let jobs = args.run.jobs(pipeline);
+    let console = Console::new(Mode::detect(), plan, jobs);
+    let options = args.run.options(pipeline, jobs, run::stop_on_interrupt(), &console);
+    let ended = repeat::medians(plan, store, &options, args.repeat as usize - 1);
+    console.finish();
+    ended.map_err(Stop::Machine)
+}
+
 /// `2 %` as 0.02.
 fn percent(text: &str) -> Result<f64, Mistake> {
     choose::percent(text).ok_or_else(|| Mistake::new(format!("--accuracy {text}: expected a share, as in \"2 %\"")))
@@ -90,8 +110,8 @@ fn choose(outcomes: &[Outcome<'_>], wanted: &str, target: Option<f64>, budget: O
     let found: Vec<_> = all().filter(|(o, q)| q.name == wanted || full(o, q) == wanted).collect();
     if found.is_empty() {
         let names: Vec<String> = all().map(|(o, q)| full(o, q)).collect();
-        let mistake = Mistake::new(format!("there is no quantity `{wanted}`"));
-        return Err(mistake.help(format!("there are: {}", names.join(", "))).into());
+        let mistake = Mistake::new(format!("none of these runs errs in `{wanted}`"));
+        return Err(mistake.help(format!("they err in: {}", names.join(", "))).into());
     }
     let mut reached = false;
     for (o, q) in found {

@@ -77,3 +77,25 @@ fn what_cannot_be_chosen_is_said_and_nothing_runs() {
         assert!(!unreachable.path("out/study").exists(), "{goal}: nothing runs");
     }
 }
+
+/// A choice for no step, and a front whose settings are results of its own pipeline.
+#[test]
+fn choices_that_can_not_be_taken_over_are_refused() {
+    let project = project("accuracy = \"5 %\"", "pressure profile");
+    let study = std::fs::read_to_string(project.path("study.toml")).unwrap();
+    std::fs::write(project.path("study.toml"), study.replace("of = [\"wave\"]", "of = []")).unwrap();
+    let none = project.hvi(&["plan", "study.toml"]);
+    assert!(none.code == 2 && none.err.contains("no step gets the setting"), "{}", none.err);
+
+    std::fs::write(project.path("study.toml"), study).unwrap();
+    let front = format!(
+        "[step.metal]\nuse = \"eos.handbook\"\nsweep = {{ set = [\"copper-royce\", \"copper-paper-md\"] }}\n\n\
+         [step.planar]\n{}velocity = \"4 km/s\"\nsweep = {{ \"plate.eos\" = \"@metal[*]\" }}\n\n\
+         [tradeoff.cells]\nof = \"@planar[*]\"\nalong = \"plate.eos\"\n",
+        PLANAR
+    );
+    std::fs::write(project.path("front.toml"), front).unwrap();
+    assert_eq!(project.hvi(&["tradeoff", "front.toml"]).code, 0);
+    let named = project.hvi(&["plan", "study.toml"]);
+    assert!(named.code == 2 && named.err.contains("no setting of it can be taken over"), "{}", named.err);
+}

@@ -35,6 +35,21 @@ fn eval_answers_for_a_published_set() {
     assert_eq!(phases, ["solid", "melting", "vapour"]);
 }
 
+/// Copper's cold curve follows the Hugoniot up to x = .6: .4 V0 is 0.04472 cm3/g.
+#[test]
+fn states_beyond_the_formulas_are_told() {
+    let project = project();
+    assert!(project.hvi(&["eos", "eval", "copper-royce", "--states", "states.csv"]).err.is_empty());
+    project.write("dense.csv", "V [cm3/g],T\n0.08944,1000\n0.0446,6000\n0.04,6000\n");
+    let said = project.hvi(&["eos", "eval", "copper-royce", "--states", "dense.csv"]);
+    assert_eq!((said.code, said.out.lines().count()), (0, 4), "{}", said.err);
+    assert!(
+        said.err.contains("2 of 3 states, the first of them number 2, are denser than V/V0 = 0.400"),
+        "{}",
+        said.err
+    );
+}
+
 #[test]
 fn curves_come_from_files_and_files_from_names() {
     let project = project();

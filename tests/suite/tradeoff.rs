@@ -72,6 +72,55 @@ fn wrong_questions_are_marked_and_nothing_runs() {
     let project = Project::new(&STUDY.replace("12, 24, 48, 96", "12, 24"));
     let none = project.hvi(&["tradeoff", "study.toml", "--quantity", "weight", "--accuracy", "2 %"]);
     assert!(none.code == 2 && none.err.contains("cells.pressure profile"), "{}", none.err);
+    assert!(project.files("store/results").is_empty(), "it is said before anything runs");
     let bare = project.hvi(&["tradeoff", "study.toml", "--quantity", "energy drift", "--accuracy", "2"]);
     assert!(bare.code == 2 && bare.err.contains("as in \"2 %\""), "{}", bare.err);
+}
+
+/// Repeats leave the results as they are, to the bit, and put medians of their times on record.
+#[test]
+fn repeats_change_nothing_but_times() {
+    let project = Project::new(STUDY);
+    assert_eq!(project.hvi(&["tradeoff", "study.toml"]).code, 0);
+    let records = || -> Vec<serde_json::Value> {
+        let files = project.files("store/results");
+        let record = |bytes: &[u8]| {
+            let text = std::str::from_utf8(bytes).unwrap();
+            serde_json::from_str(text.split_once('\n').unwrap().1).unwrap()
+        };
+        files.iter().map(|(_, bytes)| record(bytes)).collect()
+    };
+    let before = records();
+    let said = project.hvi(&["tradeoff", "study.toml", "--repeat", "3"]);
+    assert_eq!(said.code, 0, "{}", said.err);
+    let after = records();
+    assert_eq!((before.len(), after.len()), (4, 4));
+    let same = |key: &str| before.iter().zip(&after).all(|(a, b)| a[key] == b[key]);
+    assert!(same("output") && same("finished") && !same("cpu_s"), "{before:?} {after:?}");
+    let folders = std::fs::read_dir(project.path("store")).unwrap();
+    let names: Vec<_> = folders.map(|f| f.unwrap().file_name().into_string().unwrap()).collect();
+    assert!(names.iter().all(|name| !name.starts_with(".tmp")), "{names:?}");
+}
+
+/// A block on the page's first screen, one whose runs check its choices, and one whose runs are as likely as each other.
+#[test]
+fn blocks_come_first_check_each_other_and_show_how_far_runs_lie_apart() {
+    let other = STUDY.split("\n\n").next().unwrap().replace("step.planar", "step.slower").replace("4 km/s", "3 km/s");
+    let states = "[step.states]\nuse = \"md\"\npotential = \"mishin-2001\"\natoms = 256\nvolume_ratio = 0.9\ntemperature = \"900 K\"\n\
+                  shortest = \"0.5 ps\"\nlongest = \"0.5 ps\"\nsweep = { seed = [1, 2, 3, 4] }\n";
+    let blocks = "[tradeoff.slower]\nof = \"@slower[*]\"\nalong = \"cells\"\ncheck = \"cells\"\n\n\
+                  [tradeoff.seeds]\nof = \"@states[*]\"\nalong = \"seed\"\nspread = true\n";
+    let study = STUDY.replace("about =", "first = true\nabout =");
+    let project = Project::new(&format!("{study}\n{other}\n\n{states}\n{blocks}"));
+    let said = project.hvi(&["tradeoff", "study.toml", "--page", "accuracy.md"]);
+    assert_eq!(said.code, 0, "{}", said.err);
+    let page = read(&project, "accuracy.md");
+    let first = page.split("\n## cells").next().unwrap();
+    assert!(first.contains("## In short") && first.contains("| cells | pressure profile |"), "{first}");
+    let of = |name: &str| page.split(&format!("\n## {name}")).nth(1).unwrap().split("\n## ").next().unwrap();
+    assert!(of("slower").contains("**Choices checked.** Settings chosen on the front of `cells`"), "{}", of("slower"));
+    // Four short runs of the same state differ, by some tenths of a GPa at most.
+    let row =
+        of("seeds").lines().find(|l| l.starts_with("| pressure | GPa |")).unwrap_or_else(|| panic!("{}", of("seeds")));
+    assert!(row.contains("±"), "{row}");
 }

@@ -144,6 +144,17 @@ impl Eos {
             Eos::IdealGas(_) | Eos::StiffenedGas(_) => None,
         }
     }
+    /// The least volume [m3/kg] for which the model has formulas of its own: denser, its cold curve or Hugoniot goes on along the
+    /// tangent; `None` for models whose formulas hold at any.
+    pub fn least_volume(&self) -> Option<f64> {
+        match self {
+            Eos::Gray(m) => Some(m.least_volume()),
+            Eos::Patches(m) => Some(m.gray().least_volume()),
+            Eos::MieGruneisen(m) => Some(m.least_volume()),
+            Eos::Table(m) => Some(m.volumes()[0]),
+            Eos::Tillotson(_) | Eos::IdealGas(_) | Eos::StiffenedGas(_) => None,
+        }
+    }
     /// Whether (`volume` [m3/kg], `temperature` [K]) is where the model was made for: anywhere, but for a table, within its states.
     pub fn covers(&self, volume: f64, temperature: f64) -> bool {
         match self {

@@ -135,8 +135,9 @@ pub fn survey(params: &Params, eos: &Eos, reference: &Eos, ctx: &Ctx<'_>) -> Res
     }
     let mut squares = [0.0; 4];
     let mut largest = [0.0f64; 4];
+    let scales = Scales::of(reference);
     for (&v, &e) in volume.iter().zip(&energy) {
-        let errors = errors(eos.point(v, e), reference.point(v, e), reference);
+        let errors = scales.errors(eos.point(v, e), reference.point(v, e));
         if errors.iter().any(|x| !x.is_finite()) {
             let [v, e] = [1e3 * v, e / 1e3];
             let text = format!("at V = {v} cm3/g, E = {e} kJ/kg an answer of {} is no finite number", eos.name());
@@ -152,9 +153,9 @@ pub fn survey(params: &Params, eos: &Eos, reference: &Eos, ctx: &Ctx<'_>) -> Res
     Ok(Survey { model: eos.name().into(), calls, pressure, temperature, sound_speed, liquid })
 }
 
-/// Volumes [m3/kg] and energies [J/kg] all over the field: the plane's golden lattice, which leaves no gaps at any number of states.
+/// Volumes [m3/kg] and energies [J/kg] all over the field: M. Roberts' R2 sequence, which leaves no gaps at any number of states.
 fn field(params: &Params, reference: &Eos) -> (Vec<f64>, Vec<f64>) {
-    // Powers of the plastic number's inverse: M. Roberts' R2 sequence.
+    // Powers of the plastic number's inverse.
     const STEP: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
     let [narrow, wide] = params.volumes.map(|share| share * reference.reference_volume());
     let [cold, hot] = params.temperatures.map(|t| t.si());
@@ -166,17 +167,27 @@ fn field(params: &Params, reference: &Eos) -> (Vec<f64>, Vec<f64>) {
     (0..params.states).map(at).unzip()
 }
 
-/// Of P, T, the sound speed and the share of liquid, relative as [`Survey`] says.
-fn errors(a: Point, b: Point, reference: &Eos) -> [f64; 4] {
-    let v0 = reference.reference_volume();
-    let t0 = reference.reference_temperature();
-    let c0 = reference.point(v0, reference.energy_at(v0, t0)).sound_speed;
-    [
-        (a.pressure - b.pressure).abs() / b.pressure.abs().max(0.01 * c0 * c0 / v0),
-        (a.temperature - b.temperature).abs() / b.temperature.max(t0),
-        (a.sound_speed - b.sound_speed).abs() / b.sound_speed.max(0.25 * c0),
-        (a.liquid - b.liquid).abs(),
-    ]
+/// What errors of P [Pa], T [K] and the sound speed [m/s] are relative to at least, as [`Survey`] says.
+struct Scales([f64; 3]);
+
+impl Scales {
+    fn of(reference: &Eos) -> Scales {
+        let (v0, t0) = (reference.reference_volume(), reference.reference_temperature());
+        let c0 = reference.point(v0, reference.energy_at(v0, t0)).sound_speed;
+        Scales([0.01 * c0 * c0 / v0, t0, 0.25 * c0])
+    }
+
+    /// Of P, T, the sound speed and the share of liquid.
+    fn errors(&self, a: Point, b: Point) -> [f64; 4] {
+        let relative = |a: f64, b: f64, least: f64| (a - b).abs() / b.abs().max(least);
+        let [p, t, c] = self.0;
+        [
+            relative(a.pressure, b.pressure, p),
+            relative(a.temperature, b.temperature, t),
+            relative(a.sound_speed, b.sound_speed, c),
+            (a.liquid - b.liquid).abs(),
+        ]
+    }
 }
 
 #[cfg(test)]

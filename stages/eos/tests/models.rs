@@ -252,3 +252,44 @@ fn sesame_tables_go_out_and_come_back() {
     assert!(wrong("nan").contains("no finite number"));
     assert!(wrong("").contains("begins with"));
 }
+
+/// A table across melting, whose isochores melt one at a lower temperature than the next: it comes back, T rises with E at every
+/// volume, and its energy is off by less than the heat of melting, which it spreads over its step of 100 K.
+#[test]
+fn sesame_tables_across_melting_come_back() {
+    let eos = Eos::Gray(Gray::new(Set::CopperRoyce.parameters()).unwrap());
+    let (v0, heat) = (eos.reference_volume(), 2.1e5);
+    let densities: Vec<f64> = (0..60).map(|i| (0.75 + 0.015 * f64::from(i)) / v0).collect();
+    let temperatures: Vec<f64> = (0..80).map(|j| 100.0 + 100.0 * f64::from(j)).collect();
+    let text = sesame::write(&eos, "test", &densities, &temperatures);
+    let again = Eos::Table(Tabulated::new(sesame::read(&text, 300.0).unwrap()).unwrap());
+    for i in 0..200 {
+        let v = v0 / (0.76 + 0.85 * f64::from(i) / 200.0);
+        let mut last = f64::NEG_INFINITY;
+        for j in 0..200 {
+            let t = 110.0 + 7880.0 * f64::from(j) / 200.0;
+            let e = again.energy_at(v, t);
+            assert!(e > last, "{v} {t}");
+            last = e;
+            let back = again.point(v, e);
+            assert!((back.temperature / t - 1.0).abs() < 1e-10 && back.sound_speed > 0.0, "{v} {t} {back:?}");
+            assert!((e - eos.energy_at(v, t)).abs() < heat, "{v} {t}: {e} {}", eos.energy_at(v, t));
+        }
+    }
+    for ratio in [0.65, 0.75, 0.9] {
+        let [a, b] = [&eos, &again].map(|e| e.hugoniot(ratio * v0).unwrap());
+        assert!((a.pressure / b.pressure - 1.0).abs() < 5e-3, "{ratio} {a:?} {b:?}");
+    }
+}
+
+/// From where matter has no pressure on: both borders of melting, each all of one phase, hotter the denser.
+#[test]
+fn melting_curves_begin_without_pressure() {
+    let eos = Eos::Gray(Gray::new(Set::CopperRoyce.parameters()).unwrap());
+    for (liquid, curve) in [0.0, 1.0].into_iter().zip(eos.melting_curves(1e11)) {
+        assert!(curve.len() > 100 && curve[0].pressure.abs() < 1e5, "{:?}", curve[0]);
+        assert!(curve.iter().all(|s| s.phase == Phase::Melting && s.liquid == liquid));
+        assert!(curve.windows(2).all(|w| w[1].temperature > w[0].temperature && w[1].volume < w[0].volume));
+        assert!(curve.last().unwrap().pressure > 9e10);
+    }
+}

@@ -1,9 +1,10 @@
 //! Which effects a scene calls for: decided before a step is taken, by closed-form estimates, each with its number.
 //!
-//! `effects/symmetry.rs` the dimension; `effects/estimate.rs` the states that the scene can reach; `effects/guard.rs` what watches,
-//! while a run goes on, the effects that were left off.
+//! `effects/symmetry.rs` the dimension; `effects/estimate.rs` the states that the scene can reach; `effects/reach.rs` the same
+//! before there is an equation of state; `effects/guard.rs` what watches, while a run goes on, the effects that were left off.
 mod estimate;
 mod guard;
+mod reach;
 mod symmetry;
 use crate::params::{Params, SpaceChoice};
 use crate::result::{Crossing, Decision};
@@ -13,6 +14,7 @@ pub use estimate::impedance_match;
 pub use guard::Watch;
 use hvi_eos::Eos;
 use hvi_kit::math;
+pub use reach::reach;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

@@ -11,7 +11,7 @@ use crate::scene::{self, Layout};
 use crate::step::{Setting, State};
 use crate::{ledger, melt};
 use hvi_eos::{Eos, EosResult};
-use hvi_kit::{Ctx, File, Invalid, Needs, Places, Stage, StageError};
+use hvi_kit::{ByInput, Ctx, File, Invalid, Needs, Places, Stage, StageError};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -79,6 +79,10 @@ impl Stage for ImpactStage {
         let count = scene::count(params, &layout);
         // Fewer particles a thread than this wait for each other more than they gain.
         Needs { threads: 1 + (count / 10_000.0) as usize, memory: (8 << 20) + (count * each) as u64 }
+    }
+
+    fn reach(params: &Params) -> ByInput {
+        effects::reach(params)
     }
 
     fn run(params: &Params, inputs: ImpactInputs, ctx: &Ctx<'_>) -> Result<Impact, StageError> {

@@ -12,6 +12,8 @@ pub struct Engine {
     pub program: &'static str,
     /// Arguments that make it print its version.
     pub version: &'static [&'static str],
+    /// Settings of its environment, which change how it starts, not what it computes.
+    pub environment: &'static [(&'static str, &'static str)],
     /// How to get it, e.g. `apt install lammps`.
     pub install: &'static str,
 }
@@ -41,13 +43,19 @@ pub struct Finished {
 }
 
 impl Engine {
+    fn command(&self) -> Command {
+        let mut command = Command::new(self.program);
+        command.envs(self.environment.iter().copied()).stdin(Stdio::null());
+        command
+    }
+
     /// The first line with a letter or digit that the program prints as its version.
     ///
     /// # Errors
     /// [`EngineError::Missing`] where it can't be started.
     pub fn version(&self) -> Result<String, EngineError> {
         let missing = |_| EngineError::Missing { program: self.program, install: self.install };
-        let out = Command::new(self.program).args(self.version).stdin(Stdio::null()).output().map_err(missing)?;
+        let out = self.command().args(self.version).output().map_err(missing)?;
         let text = String::from_utf8_lossy(&out.stdout);
         let line = text.lines().map(str::trim).find(|l| l.contains(|c: char| c.is_ascii_alphanumeric()));
         Ok(line.unwrap_or("no version").to_string())
@@ -73,11 +81,10 @@ impl Engine {
             let path = folder.path().join(name);
             std::fs::write(&path, bytes).map_err(|source| EngineError::Io { path, source })?;
         }
-        let mut command = Command::new(self.program);
+        let mut command = self.command();
         command.args(args).current_dir(folder.path());
         let missing = |_| EngineError::Missing { program: self.program, install: self.install };
-        let mut child =
-            command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().map_err(missing)?;
+        let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().map_err(missing)?;
         let streams = (child.stdout.take(), child.stderr.take());
         let readers = [
             streams.0.map(|s| std::thread::spawn(move || read_all(s))),
@@ -111,7 +118,8 @@ fn read_all(mut stream: impl Read) -> String {
 mod tests {
     use super::*;
 
-    const SHELL: Engine = Engine { program: "sh", version: &["-c", "echo; echo shell 1"], install: "it is everywhere" };
+    const SHELL: Engine =
+        Engine { program: "sh", version: &["-c", "echo; echo shell 1"], environment: &[], install: "it is everywhere" };
 
     #[test]
     fn a_program_gets_its_files_and_gives_its_answer() {
@@ -126,7 +134,8 @@ mod tests {
 
     #[test]
     fn a_program_that_is_not_here_is_named_with_the_way_to_get_it() {
-        let absent = Engine { program: "no-such-program-here", version: &[], install: "apt install nothing" };
+        let absent =
+            Engine { program: "no-such-program-here", version: &[], environment: &[], install: "apt install nothing" };
         assert!(absent.version().unwrap_err().to_string().ends_with("apt install nothing"));
     }
 

@@ -1,7 +1,7 @@
 //! The one trait that makes a stage, and its type-erased form.
 use crate::engine::{Engine, EngineError};
 use crate::view::{Scalar, View};
-use crate::{Artifact, Cancelled, Ctx, File, Inputs, LoadError, Port};
+use crate::{Artifact, ByInput, Cancelled, Ctx, File, Inputs, LoadError, Port, Reach};
 use hvi_cache::{Digest, Recipe, Store, StoreError};
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
@@ -101,6 +101,17 @@ pub trait Stage: 'static {
         Vec::new()
     }
 
+    /// The states that the parameters bring matter to, by input; never enters a result.
+    fn reach(_params: &Self::Params) -> ByInput {
+        Vec::new()
+    }
+
+    /// Whether matter in the state that the parameters ask for matters where `reach` is all that happens to it; nothing where they
+    /// ask for no state of matter. Never enters a result.
+    fn is_reached(_params: &Self::Params, _reach: &Reach) -> Option<bool> {
+        None
+    }
+
     /// The program outside that computes these parameters, if one does: its version enters the key.
     fn engine(_params: &Self::Params) -> Option<&'static Engine> {
         None
@@ -173,6 +184,10 @@ pub struct StageDef {
     pub needs: fn(&serde_json::Value) -> Needs,
     /// What canonical parameters alone show.
     pub sketch: fn(&serde_json::Value) -> Vec<View>,
+    /// The states that canonical parameters bring matter to, by input: see [`Stage::reach`].
+    pub reach: fn(&serde_json::Value) -> ByInput,
+    /// Whether the state of canonical parameters matters: see [`Stage::is_reached`].
+    pub is_reached: fn(&serde_json::Value, &Reach) -> Option<bool>,
     /// Loads inputs, runs, stores the output.
     pub run: fn(&Recipe, &Store, &Ctx<'_>) -> Result<Made, StageError>,
     /// Shows a stored output.
@@ -202,6 +217,8 @@ impl StageDef {
             },
             needs: |value| S::Params::deserialize(value).map_or_else(|_| Needs::default(), |p| S::needs(&p)),
             sketch: |value| S::Params::deserialize(value).map_or_else(|_| Vec::new(), |p| S::sketch(&p)),
+            reach: |value| S::Params::deserialize(value).map_or_else(|_| Vec::new(), |p| S::reach(&p)),
+            is_reached: |value, reach| S::Params::deserialize(value).map_or(None, |p| S::is_reached(&p, reach)),
             run: |recipe, store, ctx| {
                 let params = S::Params::deserialize(&recipe.params).expect("checked when it was planned");
                 let inputs = S::Inputs::load(&recipe.inputs, store)?;

@@ -18,11 +18,12 @@ pub use result::{Attempt, Coexistence, Look, PhaseAt};
 use crate::lanes::Isa;
 use crate::params::crystal;
 use crate::potential::{Named, Potential};
+use crate::region;
 use crate::system::LEAST_SKIN;
 use crate::table::Tables;
 use crate::units::{PRESSURE, SPECIFIC_VOLUME, TIME};
 use hvi_kit::units::{Pressure, Temperature, Time};
-use hvi_kit::{Ctx, File, Invalid, Stage, StageError};
+use hvi_kit::{Ctx, File, Invalid, Reach, Stage, StageError};
 use schemars::JsonSchema;
 use search::Search;
 use serde::{Deserialize, Serialize};
@@ -122,6 +123,9 @@ impl Stage for TwoPhases {
     }
     fn cost(params: &Params) -> f64 {
         params.cost()
+    }
+    fn is_reached(params: &Params, reach: &Reach) -> Option<bool> {
+        Some(region::needs_melting(params, reach))
     }
     fn run(params: &Params, inputs: Self::Inputs, ctx: &Ctx<'_>) -> Result<Coexistence, StageError> {
         run(params, &inputs.file.0, Isa::best(), ctx)

@@ -17,8 +17,13 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 
 /// LAMMPS, as Debian has it.
-pub static ENGINE: Engine =
-    Engine { program: "lmp", version: &["-h"], install: "install LAMMPS (Debian: apt install lammps)" };
+pub static ENGINE: Engine = Engine {
+    program: "lmp",
+    version: &["-h"],
+    // Open MPI, which Debian builds it with, would start a daemon of its own for each lone process.
+    environment: &[("OMPI_MCA_ess_singleton_isolated", "1")],
+    install: "install LAMMPS (Debian: apt install lammps)",
+};
 
 /// One eV/angstrom3 in LAMMPS' metal units [bar].
 pub const BAR: f64 = 1.6021765e6;

@@ -4,7 +4,7 @@
 //! file each; `table.rs` the same as tables; `lattice.rs` the crystal at rest; `lanes/` eight doubles at a time;
 //! `neighbor.rs` who is near whom; `force.rs` energy and forces; `system.rs` the atoms and their motion (`system/snapshot.rs` as bytes); `thermostat.rs`
 //! the heat bath; `barostat.rs` walls under pressure; `averaging.rs` means and errors; `order.rs` solid or liquid; `void.rs` whole or torn; `lammps.rs` the same by LAMMPS;
-//! `sampled.rs` from samples to a state; `fault.rs` what can go wrong.
+//! `sampled.rs` from samples to a state; `region.rs` which states scenes call for; `fault.rs` what can go wrong.
 //!
 //! Melting: `coexistence.rs` the stage `md.coexistence`, crystal and melt in one cell; `local_order.rs` solid or liquid, atom by
 //! atom.
@@ -23,6 +23,7 @@ mod params;
 pub mod potential;
 mod pressed;
 mod random;
+mod region;
 pub mod run;
 mod sampled;
 mod state;
@@ -42,7 +43,7 @@ pub use table::Tables;
 pub use thermostat::Chain;
 
 use hvi_kit::engine::Engine;
-use hvi_kit::{Ctx, File, Invalid, Needs, Places, Stage, StageError};
+use hvi_kit::{Ctx, File, Invalid, Needs, Places, Reach, Stage, StageError};
 use std::collections::BTreeMap;
 
 hvi_kit::inputs! {
@@ -77,6 +78,10 @@ impl Stage for Md {
 
     fn needs(params: &Params) -> Needs {
         params.needs()
+    }
+
+    fn is_reached(params: &Params, reach: &Reach) -> Option<bool> {
+        Some(region::needs_state(params, reach))
     }
 
     fn engine(params: &Params) -> Option<&'static Engine> {

@@ -76,6 +76,26 @@ pub fn of_kind(kind: &str, digest: Digest, store: &Store, eos: Option<&Eos>) -> 
     }
 }
 
+/// The quantities that results of `kind` can have; none of other kinds.
+pub fn names(kind: &str) -> &'static [&'static str] {
+    match kind {
+        Impact::KIND => &[
+            "melted share",
+            "leading edge",
+            "hole diameter",
+            "debris momentum",
+            "pressure behind the shock",
+            "density behind the shock",
+            "pressure profile",
+            "energy drift",
+        ],
+        EosResult::KIND => &["C", "S", "gamma0", "melting temperature"],
+        Survey::KIND => &["pressure", "temperature", "sound speed", "share of liquid"],
+        State::KIND => &["pressure", "energy", "stated error of pressure", "stated error of energy"],
+        _ => &[],
+    }
+}
+
 /// Share of the impact speed beyond which matter of the plate is debris.
 const FLYING: f64 = 0.1;
 
@@ -128,10 +148,10 @@ pub fn of_fit(result: &EosResult) -> Measures {
 /// Of an equation of state held against another: its largest errors.
 pub fn of_survey(survey: &Survey) -> Measures {
     let all = vec![
-        Measure::deviation("error of pressure", survey.pressure.largest),
-        Measure::deviation("error of temperature", survey.temperature.largest),
-        Measure::deviation("error of sound speed", survey.sound_speed.largest),
-        Measure::deviation("error of share of liquid", survey.liquid.largest),
+        Measure::deviation("pressure", survey.pressure.largest),
+        Measure::deviation("temperature", survey.temperature.largest),
+        Measure::deviation("sound speed", survey.sound_speed.largest),
+        Measure::deviation("share of liquid", survey.liquid.largest),
     ];
     Measures { all, work: survey.calls as f64, unit: "calls" }
 }

@@ -177,7 +177,7 @@ fn runs(along: &str, samples: &[Sample], all: &[Quantity]) -> Table {
                 None => cells.extend([Cell::Empty, Cell::Empty]),
             }
         }
-        cells.push(s.key.get(..12).unwrap_or(&s.key).into());
+        cells.push(s.short_key().into());
         cells
     };
     Table {

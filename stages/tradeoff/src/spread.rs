@@ -1,5 +1,5 @@
 //! What an uncertain input does: runs that are as likely as each other, and how far apart their answers lie.
-use crate::Sample;
+use crate::{Measure, Sample, median};
 use hvi_kit::view::{Axis, Cell, Figure, Series, Style, Table};
 
 /// One quantity over the runs of one group.
@@ -49,10 +49,9 @@ fn spread(samples: &[Sample], name: &'static str, unit: &'static str, group: &st
     }
     let mean = values.iter().sum::<f64>() / runs as f64;
     let squares = values.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>();
-    let mut costs: Vec<f64> = here.iter().map(|s| s.cost).collect();
-    costs.sort_by(f64::total_cmp);
+    let cost = median(here.iter().map(|s| s.cost).collect());
     let deviation = (squares / (runs - 1) as f64).sqrt();
-    Some(Spread { group: group.into(), name, unit, runs, mean, deviation, cost: costs[costs.len() / 2] })
+    Some(Spread { group: group.into(), name, unit, runs, mean, deviation, cost })
 }
 
 /// The spreads as a table.
@@ -86,6 +85,24 @@ pub fn spread_table(along: &str, all: &[Spread]) -> Table {
              from does to the answer. The time is that of one run with everything before it, from the records."
         ),
     }
+}
+
+/// Every run: its quantities, and the key of its recipe.
+pub fn spread_runs(along: &str, samples: &[Sample]) -> Table {
+    let measured: Vec<&Measure> = samples.iter().take(1).flat_map(|s| &s.measures.all).collect();
+    let mut columns: Vec<(String, String)> = vec![(along.into(), String::new()), ("by".into(), String::new())];
+    columns.push(("CPU time, all it needs".into(), "s".into()));
+    columns.extend(measured.iter().map(|m| (m.name.to_string(), m.unit.to_string())));
+    columns.push(("recipe".into(), String::new()));
+    let row = |s: &Sample| -> Vec<Cell> {
+        let value = |name: &str| s.measures.all.iter().find(|m| m.name == name).map_or(Cell::Empty, |m| m.value.into());
+        let mut cells: Vec<Cell> = vec![s.setting.as_str().into(), s.group.as_str().into(), s.cost.into()];
+        cells.extend(measured.iter().map(|m| value(m.name)));
+        cells.push(s.short_key().into());
+        cells
+    };
+    let note = "The recipe's key names the result in the store.".into();
+    Table { title: "Runs".into(), columns, rows: samples.iter().map(row).collect(), note }
 }
 
 /// Relative deviation against the time it took, a curve a quantity.

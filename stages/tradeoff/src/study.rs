@@ -54,6 +54,13 @@ pub struct Row {
     pub uncertainty: f64,
 }
 
+impl Sample {
+    /// As much of the key as tells results apart.
+    pub(crate) fn short_key(&self) -> &str {
+        self.key.get(..12).unwrap_or(&self.key)
+    }
+}
+
 impl Quantity {
     /// Cost of every sample, and the largest error among it and the finer ones of its group: where errors change sign, a coarse run may
     /// be right by chance. NaN where it doesn't have the quantity.
@@ -113,7 +120,13 @@ fn quantity(samples: &[Sample], name: &'static str) -> Option<Quantity> {
             Some(_) => {
                 order(&in_group(samples, g).filter_map(|i| Some((samples[i].h?, rows[i]?.error))).collect::<Vec<_>>())
             }
-            None => limit(&levels(samples, &measured, g)).and_then(|l| l.order),
+            None => limit(&levels(samples, &measured, g)).and_then(|l| l.order).or_else(|| {
+                // Where the runs do not go one way the order is the errors' against where they lead, the scatter in its uncertainty.
+                let off = |(h, value): (f64, f64)| (h, (value - reference.value).abs());
+                let levels = levels(samples, &measured, g);
+                let (_, coarser) = levels.split_last()?;
+                order(&coarser.iter().copied().map(off).collect::<Vec<_>>()).filter(|o| o.uncertainty.is_some())
+            }),
         };
         (g.clone(), found)
     });

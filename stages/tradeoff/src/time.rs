@@ -20,6 +20,12 @@ pub fn pace(runs: &[(f64, f64)]) -> Option<Pace> {
     Some(Pace { median, worst, runs: ratios.len() })
 }
 
+/// The median of `times`, the lower of the middle two; 0 of none.
+pub fn median(mut times: Vec<f64>) -> f64 {
+    times.sort_by(f64::total_cmp);
+    times.get(times.len().saturating_sub(1) / 2).copied().unwrap_or(0.0)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -29,5 +35,6 @@ mod tests {
         let found = pace(&[(1.0, 2.0), (2.0, 4.0), (1.0, 1.0), (0.0, 5.0)]).unwrap();
         assert_eq!(found, Pace { median: 2.0, worst: 2.0, runs: 3 });
         assert!(pace(&[]).is_none());
+        assert_eq!([median(vec![3.0, 1.0, 2.0]), median(vec![4.0, 2.0]), median(vec![])], [2.0, 2.0, 0.0]);
     }
 }

@@ -141,18 +141,37 @@ impl Eos {
     /// empty for a model without melting, and without what lies beyond a table's states.
     pub fn melting_curves(&self, pressure: f64) -> [Vec<Sample>; 2] {
         let v0 = self.reference_volume();
-        let mut both = [Vec::new(), Vec::new()];
-        for i in 0..=4 * COUNT {
-            let v = v0 * (WIDEST - (WIDEST - 0.4) * i as f64 / (4 * COUNT) as f64);
-            let Some(tm) = self.melting_temperature(v) else { continue };
-            let (low, high) = (self.energy_at(v, 0.3 * tm), self.energy_at(v, 3.0 * tm));
-            for (k, level) in [1e-12, 1.0 - 1e-12].into_iter().enumerate() {
-                let border = bisect(low, high, 1e-12 * high.abs(), |e| self.point(v, e).liquid - level);
-                let sample = border.map(|e| self.sample(v, e)).filter(|s| (0.0..=pressure).contains(&s.pressure));
-                both[k].extend(sample.filter(|s| self.covers(s.volume, s.temperature)));
+        let at = |i: usize| v0 * (WIDEST - (WIDEST - 0.4) * i as f64 / (4 * COUNT) as f64);
+        [0.0, 1.0].map(|liquid| {
+            let border = |v: f64| self.melting_border(v, liquid);
+            let mut curve: Vec<Sample> = Vec::new();
+            let mut wider = None;
+            for v in (0..=4 * COUNT).map(at) {
+                let Some(sample) = border(v) else { continue };
+                // The end without pressure lies between two volumes looked at.
+                if let Some(from) = wider.filter(|_| curve.is_empty() && sample.pressure > 0.0) {
+                    let pressure = |v: f64| border(v).map_or(f64::NAN, |s| s.pressure);
+                    curve.extend(bisect(v, from, 1e-13 * v0, pressure).and_then(border));
+                }
+                match sample.pressure {
+                    p if p < 0.0 => wider = Some(v),
+                    p if p <= pressure => curve.push(sample),
+                    _ => {}
+                }
             }
-        }
-        both
+            curve.retain(|s| self.covers(s.volume, s.temperature));
+            curve
+        })
+    }
+
+    /// Where at `volume` [m3/kg] melting begins (`liquid` 0) or ends (1), if it does.
+    fn melting_border(&self, volume: f64, liquid: f64) -> Option<Sample> {
+        let tm = self.melting_temperature(volume)?;
+        let (low, high) = (self.energy_at(volume, 0.3 * tm), self.energy_at(volume, 3.0 * tm));
+        let level = liquid.clamp(1e-12, 1.0 - 1e-12);
+        let energy = bisect(low, high, 1e-12 * high.abs(), |e| self.point(volume, e).liquid - level)?;
+        // To rounding it lies on one side or the other.
+        Some(Sample { phase: Phase::Melting, liquid, ..self.sample(volume, energy) })
     }
 
     /// The critical point: the hottest isotherm on which the pressure, beyond 1.1 V0, does not fall with volume somewhere. `None` for

@@ -129,6 +129,9 @@ impl MieGruneisen {
         }
     }
 
+    pub(crate) fn least_volume(&self) -> f64 {
+        (1.0 - self.cap.end) / self.parameters.density
+    }
     pub(crate) fn least_sound_speed(&self) -> f64 {
         0.1 * self.parameters.sound_speed
     }

@@ -52,7 +52,8 @@ pub struct Parameters {
 }
 
 /// In T each isochore is a monotone cubic; in V, P is a monotone cubic and E a cubic on the parabola's slopes, both through the four
-/// nearest isochores. Where an isochore has both phases, melting lies midway between its hottest solid and its coldest liquid
+/// nearest isochores. Where that cubic would let E fall with T (isochores of a table without phases, which melt one at a lower
+/// temperature than the next), E goes straight from isochore to isochore. Where an isochore has both phases, melting lies midway between its hottest solid and its coldest liquid
 /// state, and in V on a monotone cubic: T = T_m(V) holds from the solid's energy to the liquid's, and everything between is a
 /// mixture of both by the lever rule.
 ///
@@ -76,7 +77,15 @@ pub struct Tabulated {
 struct Sheet {
     volumes: Vec<f64>,
     lines: Vec<Line>,
+    /// By interval of volume: whether E goes straight across it.
+    straight: Vec<bool>,
 }
+
+/// Least heat capacity between two isochores, over the smaller of theirs: below, E goes straight, whose heat capacity lies between
+/// theirs.
+const LEAST_HEAT: f64 = 0.2;
+/// Least slope of E at the ends of an isochore, over that of the end interval: a cubic that ends level has no heat capacity beyond.
+const LEAST_END: f64 = 0.25;
 
 /// One isochore: E and P over T with their slopes, and errors at the nodes.
 #[derive(Clone, Debug, PartialEq)]
@@ -106,8 +115,14 @@ impl Line {
             let d = slopes(&t, &y);
             [y, d]
         };
+        let mut energy = column(|n| n.energy);
+        let last = t.len() - 1;
+        for (end, i) in [(0, 0), (last, last - 1)] {
+            let secant = (energy[0][i + 1] - energy[0][i]) / (t[i + 1] - t[i]);
+            energy[1][end] = energy[1][end].max(LEAST_END * secant);
+        }
         let errors = [0, 1].map(|k| isochore.nodes.iter().map(|n| n.errors[k]).collect());
-        Line { y: [column(|n| n.energy), column(|n| n.pressure)], errors, t }
+        Line { y: [energy, column(|n| n.pressure)], errors, t }
     }
 
     /// Quantity `k` (0 energy, 1 pressure) and its derivative; straight on outside.
@@ -151,9 +166,36 @@ impl Sheet {
         let mut sheet = Sheet {
             volumes: isochores.iter().map(|i| i.volume).collect(),
             lines: isochores.iter().map(Line::new).collect(),
+            straight: vec![false; isochores.len() - 1],
         };
+        sheet.straight = (0..isochores.len() - 1).map(|i| !sheet.rises(i)).collect();
         sheet.add_interpolation_error();
         sheet
+    }
+
+    /// Whether E rises with T all over the interval `i` of volume.
+    fn rises(&self, i: usize) -> bool {
+        let (a, b) = (self.volumes[i], self.volumes[i + 1]);
+        let (first, count) = self.window(a);
+        let temperatures = self.lines[first..first + count]
+            .iter()
+            .flat_map(|line| line.t.windows(2).flat_map(|w| [w[0], 0.5 * (w[0] + w[1])]).chain(line.t.last().copied()));
+        temperatures.into_iter().all(|t| {
+            let least = self.lines[i].at(0, t).1.min(self.lines[i + 1].at(0, t).1);
+            (1..8).all(|k| self.energy(a + 0.125 * f64::from(k) * (b - a), t).1 >= LEAST_HEAT * least)
+        })
+    }
+
+    /// A quantity that goes as E does, at `v`, from its values `y` on the isochores of the window from `first` on.
+    fn across(&self, first: usize, y: &[f64], v: f64) -> f64 {
+        let x = &self.volumes[first..first + y.len()];
+        let held = v.clamp(x[0], x[x.len() - 1]);
+        let i = interval(x, held);
+        if !self.straight[first + i] {
+            return cubic(x, y, &parabolic(x, y), held).0;
+        }
+        let share = (held - x[i]) / (x[i + 1] - x[i]);
+        (1.0 - share) * y[i] + share * y[i + 1]
     }
 
     /// Adds in quadrature to every node's error an eighth of how far the table without its isochore misses it, and of how far its
@@ -164,6 +206,8 @@ impl Sheet {
             let mut rest = self.clone();
             rest.volumes.remove(i);
             let own = rest.lines.remove(i);
+            let near = rest.straight.remove(i);
+            rest.straight[i - 1] |= near;
             let at: Vec<At> = own.t.iter().map(|&t| rest.at(self.volumes[i], t)).collect();
             let off = |k: usize, of: fn(&At) -> f64| at.iter().zip(&own.y[k][0]).map(|(a, y)| of(a) - y).collect();
             [off(0, |a| a.energy), off(1, |a| a.pressure)]
@@ -194,8 +238,7 @@ impl Sheet {
         let column = |k: usize| lines.iter().map(|l| l.at(k, t)).unzip::<f64, f64, Vec<f64>, Vec<f64>>();
         let ((e, e_t), (p, p_t)) = (column(0), column(1));
         let (held, open) = (v.clamp(x[0], x[count - 1]), v.min(1.2 * x[count - 1]));
-        let (energy, _) = cubic(x, &e, &parabolic(x, &e), held);
-        let (c_v, _) = cubic(x, &e_t, &parabolic(x, &e_t), held);
+        let [energy, c_v] = [e, e_t].map(|y| self.across(first, &y, v));
         let (pressure, p_v) = cubic(x, &p, &slopes(x, &p), open);
         let (p_t, _) = cubic(x, &p_t, &slopes(x, &p_t), held);
         At { energy, pressure, c_v, p_t, p_v }
@@ -204,10 +247,8 @@ impl Sheet {
     /// E alone and C_V.
     fn energy(&self, v: f64, t: f64) -> (f64, f64) {
         let (first, count) = self.window(v);
-        let x = &self.volumes[first..first + count];
         let (e, e_t): (Vec<f64>, Vec<f64>) = self.lines[first..first + count].iter().map(|l| l.at(0, t)).unzip();
-        let held = v.clamp(x[0], x[count - 1]);
-        (cubic(x, &e, &parabolic(x, &e), held).0, cubic(x, &e_t, &parabolic(x, &e_t), held).0)
+        (self.across(first, &e, v), self.across(first, &e_t, v))
     }
 
     /// T at `energy`: Newton in a shrinking bracket; E rises with T, which the constructor has checked.

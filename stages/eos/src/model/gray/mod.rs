@@ -224,6 +224,9 @@ impl Gray {
         (t, self.vapour.response(&self.constants, volume, t))
     }
 
+    pub(crate) fn least_volume(&self) -> f64 {
+        self.parameters.volume * (1.0 - self.parameters.cap())
+    }
     pub(crate) fn least_sound_speed(&self) -> f64 {
         self.constants.floor.sqrt()
     }
