@@ -1,5 +1,5 @@
 # The two commands of the README, `make run` and `make test`, with all the set-up they need on a fresh Debian 12.
-.PHONY: performance eos-speed run test check docs effects stability pictures reproduction bench setup-run setup-test kills faults fuzz advisories scale soak
+.PHONY: performance eos-speed run test check docs effects stability pictures reproduction bench setup-run setup-test kills faults fuzz sanitize advisories scale soak
 
 run: setup-run
 	cargo build --release --locked
@@ -69,6 +69,11 @@ fuzz:
 	cargo +nightly fuzz build
 	python3 benches/fuzz.py --write docs/reliability.md
 
+# What is unsafe, under AddressSanitizer, ThreadSanitizer and Miri: a section of docs/reliability.md. Half an hour; needs a nightly Rust
+# with rust-src and miri.
+sanitize:
+	python3 benches/sanitize.py --write docs/reliability.md
+
 # Known faults of what is built in, by the database of RustSec, which lies in target/advisories and is fetched anew where there is a
 # network.
 advisories: setup-test
@@ -92,3 +97,4 @@ eos-speed:
 soak:
 	cargo build --release --locked
 	python3 benches/soak.py --write docs/reliability.md
+	python3 benches/great.py --write docs/reliability.md

@@ -19,7 +19,7 @@ HEAD = """# Studies on a cluster
                                                 command returns to them
     hvi-flow cancel study.toml                  ends them
 
-Or in the pipeline; nothing of it enters a key:
+Or in the pipeline, or in a file that it includes, which is then a profile of the cluster; nothing of it enters a key:
 
 ```toml
 [run]

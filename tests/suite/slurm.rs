@@ -257,7 +257,9 @@ fn no_job_asks_for_more_cores_than_a_machine_has() {
 
 #[test]
 fn what_the_cluster_refuses_is_said_in_one_line() {
-    let project = Project::new(&format!("[run.slurm]\npartition = \"nowhere\"\n{SLOW}"));
+    // A profile of the cluster, in a file of its own.
+    let project = Project::new(&format!("include = [\"cluster.toml\"]\n{SLOW}"));
+    project.write("cluster.toml", "[run.slurm]\npartition = \"nowhere\"\n");
     let said = run(&project, &[]);
     assert_eq!(said.code, 1);
     let line = said.err.lines().find(|line| line.contains("FAILED slow")).expect(&said.err);

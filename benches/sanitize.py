@@ -1,0 +1,71 @@
+"""The unsafe parts under AddressSanitizer, ThreadSanitizer and Miri.
+
+    make sanitize                        builds and runs them, writes docs/reliability.md; half an hour
+    python3 benches/sanitize.py --help
+
+What the checks cannot see in one way they see in another: AddressSanitizer runs everything, on all instruction sets that the
+processor has, but knows nothing of threads; ThreadSanitizer knows threads; Miri knows the rules of the language, but few of the
+processor's instructions, and is a thousand times slower, so it gets small tests. A finding ends a test.
+
+A nightly Rust with `rust-src` and `miri` is needed.
+"""
+import os, re, subprocess, sys, time
+from pathlib import Path
+
+from common import ROOT, arguments, machine, table, write_section
+
+TARGET = "x86_64-unknown-linux-gnu"
+ADDRESS, THREAD, MIRI = "AddressSanitizer", "ThreadSanitizer", "Miri"
+# What checks, what is unsafe there, and the tests.
+CHECKS = [
+    (ADDRESS, "eight numbers side by side, of all stages: `stages/kit/src/lanes`", ["-p", "hvi-kit", "--lib", "lanes"]),
+    (ADDRESS, "forces between atoms: `stages/md/src/lanes`", ["-p", "hvi-md", "--test", "kernel"]),
+    (ADDRESS, "particles and grid: `stages/impact/src`", ["-p", "hvi-impact", "--test", "lanes"]),
+    (THREAD, "threads that add to one grid: `stages/impact/src/grid.rs`", ["-p", "hvi-impact", "--test", "lanes"]),
+    (MIRI, "a grid that is added to: `stages/impact/src/grid.rs`", ["-p", "hvi-impact", "--lib", "grid::"]),
+]
+
+
+def checked(check, arguments, folder):
+    """Tests that passed, whether there was a finding, and how long it took."""
+    environment = {**os.environ, "CARGO_TARGET_DIR": str(folder / check), "CARGO_INCREMENTAL": "0"}
+    command = ["cargo", "+nightly"]
+    if check == MIRI:
+        command += ["miri", "test", *arguments]
+        environment["MIRIFLAGS"] = "-Zmiri-disable-isolation"
+    else:
+        kind = {ADDRESS: "address", THREAD: "thread"}[check]
+        environment["RUSTFLAGS"] = f"-Zsanitizer={kind}"
+        # The standard library's own threads and locks must be seen, too.
+        command += ["test", "--target", TARGET, *(["-Zbuild-std"] if check == THREAD else []), *arguments]
+    start = time.monotonic()
+    done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, errors="replace")
+    passed = sum(int(n) for n in re.findall(r"test result: ok\. (\d+) passed", done.stdout))
+    if done.returncode != 0 or not passed:
+        print(done.stdout[-3000:], done.stderr[-3000:], file=sys.stderr)
+    return passed, int(done.returncode != 0 or not passed), time.monotonic() - start
+
+
+def main():
+    parser = arguments(__doc__)
+    parser.add_argument("--folder", type=Path, default=ROOT / "target/sanitize", help="where it is built")
+    parser.add_argument("--only", help="one of the checks")
+    args = parser.parse_args()
+    rows = []
+    for check, what, tests in CHECKS:
+        if args.only in (None, check):
+            passed, findings, seconds = checked(check, tests, args.folder)
+            rows.append([check, what, passed, findings])
+            print(check, what, passed, findings, f"{seconds:.0f} s", file=sys.stderr, flush=True)
+    count = sum(len(re.findall(r"\bunsafe\b", p.read_text())) for folder in ("src", "cache/src") for p in (ROOT / folder).rglob("*.rs"))
+    text = table(["by", "what is unsafe", "tests", "findings"], rows)
+    text += f"\n\n`unsafe` in `src` and `cache`: {count} times. {machine()}\n"
+    print(text)
+    if args.write:
+        about = __doc__.split("--help\n\n")[1].rsplit("\n\nA nightly", 1)[0]
+        write_section(args.write, "What faults do", "Unsafe parts", f"Made by `make sanitize` (`benches/sanitize.py`).\n\n{about}\n\n{text}")
+    sys.exit(1 if any(row[3] for row in rows) else 0)
+
+
+if __name__ == "__main__":
+    main()
