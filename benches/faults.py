@@ -60,6 +60,14 @@ class Try(Study):
         self.odd |= code not in (0, 1, 2, *also)
         self.odd |= code not in (0, -signal.SIGKILL) and not said.strip()
 
+    def least_memory(self):
+        """The least limit on memory [B] with which the program starts at all, to a megabyte."""
+        starts = lambda limit: self.hvi_with(["prlimit", f"--as={limit}"], "--version") == 0
+        return next(limit for limit in range(8_000_000, 2**31, 1_000_000) if starts(limit))
+
+    def hvi_with(self, prefix, *arguments):
+        return subprocess.run([*prefix, str(self.program), *arguments], capture_output=True).returncode
+
     def in_store(self):
         return [p for p in sorted(self.store.rglob("*")) if p.is_file()]
 
@@ -262,9 +270,9 @@ def slow_disk(t):
 
 def out_of_memory(t):
     """A limit on memory within which the study may or may not fit. Rust ends a program that gets none, in words."""
-    limit = t.random.randrange(16, 330) * 1_000_000
-    code, said = t.run(prefix=["prlimit", f"--as={limit}"], also=[-signal.SIGABRT, 127])
-    t.odd |= code in (-signal.SIGABRT, 127) and "memory" not in said and "cannot" not in said
+    limit = t.least_memory() + int(300e6 * t.random.random() ** 3)
+    code, said = t.run(prefix=["prlimit", f"--as={limit}"], also=[-signal.SIGABRT])
+    t.odd |= code == -signal.SIGABRT and "memory allocation" not in said
 
 
 def two_machines(t):

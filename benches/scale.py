@@ -38,7 +38,8 @@ The store and the program must lie where the cluster's machines see them. Done m
 accounting is needed, and what `squeue` says is a hint. A job that is gone without a result is submitted again; one that
 ends three times without coming any further has failed. Two studies that need the same node share its job. Jobs are known by
 names that nobody else has, never by Slurm's numbers, which a controller that lost its state gives out again. Where no machine
-takes jobs (drained, down), that is said once, and the run waits.
+takes jobs (drained, down), that is said once, and the run waits. Large states of LAMMPS run as several processes by MPI: `ranks` of
+the stage `md`.
 
 Measured by `make scale` (`benches/scale.py`), the same study here and as jobs:
 

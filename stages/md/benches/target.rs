@@ -57,6 +57,7 @@ fn measure(volume_ratio: f64, temperature: f64, lammps: bool) -> (&'static str, 
         longest: Time::new(60e-12),
         seed: 1,
         trajectory: None,
+        ranks: 1,
     };
     let start = cpu_time();
     let state = run::state(&params, &BTreeMap::new(), Isa::best(), &Ctx::quiet()).expect("a state");

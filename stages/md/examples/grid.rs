@@ -28,6 +28,7 @@ fn main() {
                 longest: Time::new(60e-12),
                 seed: arg(4, 1.0) as u64,
                 trajectory: None,
+                ranks: 1,
             };
             let start = cpu_time();
             let state = run::state(&params, &BTreeMap::new(), Isa::best(), &Ctx::quiet()).expect("a state");

@@ -25,6 +25,20 @@ pub static ENGINE: Engine = Engine {
     install: "install LAMMPS (Debian: apt install lammps)",
 };
 
+/// What starts several processes of LAMMPS: Open MPI's, which Debian installs with it, or another one's.
+static MPIRUN: Engine = Engine {
+    program: "mpirun",
+    version: &["--version"],
+    // Open MPI: as many processes as were asked for on as many cores as there are, moved as the system likes; also as root.
+    environment: &[
+        ("OMPI_MCA_rmaps_base_oversubscribe", "1"),
+        ("OMPI_MCA_hwloc_base_binding_policy", "none"),
+        ("OMPI_ALLOW_RUN_AS_ROOT", "1"),
+        ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"),
+    ],
+    install: "install MPI (Debian: apt install mpi-default-bin)",
+};
+
 /// One eV/angstrom3 in LAMMPS' metal units [bar].
 pub const BAR: f64 = 1.6021765e6;
 /// Boltzmann's constant in LAMMPS' metal units [eV/K].
@@ -38,10 +52,28 @@ pub const ARGUMENTS: [&str; 9] = ["-in", "in", "-log", "log", "-screen", "none",
 /// # Errors
 /// [`StageError::Physics`] with LAMMPS' own words where it fails, or is not here; [`StageError::Cancelled`].
 pub fn run(script: &str, files: &[(&str, &[u8])], wanted: &[&str], cancel: &Cancel) -> Result<Vec<String>, StageError> {
+    run_as(1, script, files, wanted, cancel)
+}
+
+/// As [`run`], as `ranks` processes.
+///
+/// # Errors
+/// As [`run`]; [`StageError::Engine`] where there is no `mpirun` for more than one.
+pub fn run_as(
+    ranks: u32,
+    script: &str,
+    files: &[(&str, &[u8])],
+    wanted: &[&str],
+    cancel: &Cancel,
+) -> Result<Vec<String>, StageError> {
     let mut all = vec![("in", script.as_bytes())];
     all.extend(files);
     let names: Vec<&str> = wanted.iter().copied().chain(["log"]).collect();
-    let done = ENGINE.run(&ARGUMENTS, &all, &names, cancel)?;
+    let count = ranks.to_string();
+    let done = match ranks {
+        1 => ENGINE.run(&ARGUMENTS, &all, &names, cancel)?,
+        _ => MPIRUN.run(&[&["-np", &count, ENGINE.program][..], &ARGUMENTS].concat(), &all, &names, cancel)?,
+    };
     let text = |file: Option<Vec<u8>>| file.map(|f| f.iter().map(|&b| char::from(b)).collect::<String>());
     let texts: Vec<Option<String>> = done.files.into_iter().map(text).collect();
     let log = texts.last().cloned().flatten().unwrap_or_default();
@@ -151,7 +183,7 @@ impl Pieces<'_> {
             None => ("data", atoms.as_bytes()),
         };
         let files = [start, ("potential", self.file.as_bytes())];
-        let texts = run(&script, &files, &["series", "looks", "restart.out"], cancel)?;
+        let texts = run_as(params.ranks, &script, &files, &["series", "looks", "restart.out"], cancel)?;
         let first = self.sampled.discarded + self.sampled.series.energy.len();
         if self.restart.is_none() {
             self.done += params.steps(params.equilibration);

@@ -66,6 +66,10 @@ pub struct Params {
     /// only.
     #[serde(default)]
     pub trajectory: Option<Time>,
+    /// Processes that LAMMPS runs as, by MPI, 1 to 1024: worth it from some 10,000 atoms a process on. They part the atoms among
+    /// them, so that sums are taken in another order: another number of them is another computation. LAMMPS only.
+    #[serde(default = "defaults::ranks")]
+    pub ranks: u32,
 }
 
 /// Most positions of all atoms and frames that a trajectory may have: 48 B each.
@@ -115,6 +119,9 @@ mod defaults {
     pub fn seed() -> u64 {
         1
     }
+    pub fn ranks() -> u32 {
+        1
+    }
 }
 
 impl Params {
@@ -154,6 +161,12 @@ impl Params {
         }
         if let Some(every) = self.trajectory {
             self.check_trajectory(every)?;
+        }
+        if !(1..=1024).contains(&self.ranks) {
+            return Err(Invalid::new("ranks", format!("{} is outside of 1 to 1024", self.ranks)));
+        }
+        if self.ranks > 1 && self.engine == By::Native {
+            return Err(Invalid::new("ranks", "it takes engine = \"lammps\""));
         }
         match &self.potential {
             Named::BuiltIn(_) => self.potential(&BTreeMap::new()).map(drop),
@@ -232,7 +245,7 @@ impl Params {
         Ok(())
     }
 
-    /// One thread, as states are run side by side; memory at its peak, with the tables and all samples.
+    /// One thread, as states are run side by side, or one for each process of LAMMPS; memory at its peak, with the tables and all samples.
     pub fn needs(&self) -> Needs {
         let steps = (self.before().si() + self.longest.si()) / self.time_step.si();
         // 60 to 70 listed neighbours at the lattice's volume, 22 B each with what is kept of them, and 300 B of its own
@@ -240,7 +253,8 @@ impl Params {
         let sample = 100.0;
         let frames = self.trajectory.map_or(0.0, |every| self.longest.si() / every.si());
         let kept = 150.0 * frames * f64::from(self.atoms);
-        Needs { threads: 1, memory: (4e6 + atom * f64::from(self.atoms) + sample * steps + kept) as u64 }
+        let threads = self.ranks as usize;
+        Needs { threads, memory: (4e6 + atom * f64::from(self.atoms) + sample * steps + kept) as u64 }
     }
 
     /// The state that is asked for.

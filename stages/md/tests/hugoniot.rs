@@ -21,6 +21,7 @@ fn state(volume_ratio: f64, temperature: f64) -> State {
         longest: Time::new(20e-12),
         seed: 1,
         trajectory: None,
+        ranks: 1,
     };
     run::state(&params, &BTreeMap::new(), Isa::best(), &Ctx::quiet()).unwrap()
 }

@@ -29,13 +29,13 @@ fn shaken(potential: &Potential, cells: usize, ratio: f64, shake: f64) -> (Vec<[
 }
 
 /// Energy [eV], virial [eV] and forces [eV/angstrom] by LAMMPS.
-fn by_lammps(potential: &Potential, sites: &[[f64; 3]], edge: f64) -> (f64, f64, Vec<[f64; 3]>) {
+fn by_lammps(potential: &Potential, sites: &[[f64; 3]], edge: f64, ranks: u32) -> (f64, f64, Vec<[f64; 3]>) {
     let script = lammps::opening("read_data data", 0.3)
         + "compute virial all pressure NULL virial\nfix sums all ave/time 1 1 1 c_thermo_pe c_virial file sums format \" %.17g\"\n\
            dump forces all custom 1 forces id fx fy fz\ndump_modify forces sort id format float %.17g\nthermo_modify lost error\nrun 0\n";
     let data = lammps::data(sites, &[], [edge; 3], potential.molar_mass());
     let files = [("data", data.as_bytes()), ("potential", lammps::potential(potential).into_bytes().leak() as &[u8])];
-    let texts = lammps::run(&script, &files, &["sums", "forces"], &Cancel::default()).unwrap();
+    let texts = lammps::run_as(ranks, &script, &files, &["sums", "forces"], &Cancel::default()).unwrap();
     let numbers = |line: &str| line.split_whitespace().map(|w| w.parse::<f64>().unwrap()).collect::<Vec<f64>>();
     let sums = numbers(texts[0].lines().last().unwrap());
     let rows = texts[1].lines().skip_while(|l| !l.starts_with("ITEM: ATOMS")).skip(1).map(numbers);
@@ -58,7 +58,7 @@ fn energies_forces_and_virials_agree() {
         for ratio in ratios {
             let (sites, edge) = shaken(&potential, 5, ratio, 0.25);
             let ours = System::new(Tables::new(potential.clone()), Isa::best(), &sites, edge).unwrap();
-            let (energy, virial, forces) = by_lammps(&potential, &sites, edge);
+            let (energy, virial, forces) = by_lammps(&potential, &sites, edge, 1);
             let square = |f: &[[f64; 3]]| f.iter().flatten().map(|x| x * x).sum::<f64>();
             let apart: Vec<[f64; 3]> =
                 ours.forces().iter().zip(&forces).map(|(a, b)| [0, 1, 2].map(|k| a[k] - b[k])).collect();
@@ -85,6 +85,7 @@ fn params(engine: By, volume_ratio: f64, temperature: f64) -> Params {
         longest: Time::new(20e-12),
         seed: 1,
         trajectory: None,
+        ranks: 1,
     }
 }
 
@@ -113,6 +114,26 @@ fn both_engines_give_the_same_states() {
         let off = (native.energy - its.energy) / native.energy_error.hypot(its.energy_error);
         assert!(off.abs() < 3.0, "{off} standard errors: {} {}", native.energy, its.energy);
     }
+}
+
+/// Four processes part the atoms: the same energies and forces but for the order of sums, 1e-12 of them; and their states are the
+/// same bits each time.
+#[test]
+fn processes_share_the_work() {
+    let potential = from_package("Cu_mishin1.eam.alloy", Format::Setfl);
+    let (sites, edge) = shaken(&potential, 6, 0.9, 0.25);
+    let (one, four) = (by_lammps(&potential, &sites, edge, 1), by_lammps(&potential, &sites, edge, 4));
+    assert!((one.0 - four.0).abs() < 1e-12 * one.0.abs() && (one.1 - four.1).abs() < 1e-10 * one.1.abs());
+    let forces = |(_, _, all): (f64, f64, Vec<[f64; 3]>)| all.into_iter().flatten();
+    assert!(forces(one).zip(forces(four)).all(|(a, b)| (a - b).abs() < 1e-10));
+    let short =
+        Params { ranks: 2, shortest: Time::new(4e-13), longest: Time::new(4e-13), ..params(By::Lammps, 0.9, 2000.0) };
+    assert_eq!(Md::needs(&short).threads, 2);
+    let state = || lammps::state(&short, &BTreeMap::new(), &Ctx::quiet()).unwrap();
+    assert_eq!(state(), state());
+    let wrong = |params: Params| params.check().unwrap_err().key;
+    assert_eq!(wrong(Params { ranks: 2, ..params(By::Native, 0.9, 2000.0) }), "ranks");
+    assert_eq!(wrong(Params { ranks: 0, ..short.clone() }), "ranks");
 }
 
 #[test]

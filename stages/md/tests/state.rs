@@ -25,6 +25,7 @@ fn params(volume_ratio: f64, temperature: f64) -> Params {
         longest: Time::new(60e-12),
         seed: 1,
         trajectory: None,
+        ranks: 1,
     }
 }
 
@@ -124,6 +125,7 @@ fn short_runs_are_honest() {
             shortest: Time::new(8e-12),
             seed: 99,
             trajectory: None,
+            ranks: 1,
             ..params(ratio, temperature)
         });
         let states: Vec<State> = (0..16).map(short).collect();
