@@ -1,13 +1,16 @@
-//! Figures as SVG (here), drawings too (`figure/drawing.rs`), pictures as PNG and tables as CSV (`figure/files.rs`), numbers and names as text (`figure/words.rs`):
+//! Figures as SVG (here), drawings too (`figure/drawing.rs`), pictures as PNG and tables as CSV (`figure/files.rs`), figures as PNG
+//! (`figure/raster.rs`), numbers and names as text (`figure/words.rs`):
 //! what people see of `hvi_kit::view`, the same bytes for the same view.
 //!
 //! The SVG is written by hand: text stays text, axes take the page's colour (`currentColor`), the background stays clear, so
 //! that a figure reads in light and dark pages alike.
 mod drawing;
 mod files;
+mod raster;
 mod words;
 pub use drawing::drawing;
 pub use files::{csv, png};
+pub use raster::raster;
 pub use words::{escape, number, uncertain, unit};
 
 use hvi_kit::math;

@@ -145,13 +145,18 @@ fn write(folder: &Path, command: &str, question: &str, outcomes: &[Outcome<'_>])
         fs::create_dir_all(&inner)?;
         let views = o.views();
         for view in &views {
-            let (title, extension, text) = match view {
-                View::Table(t) => (&t.title, "csv", figure::csv(t)),
-                View::Figure(f) => (&f.title, "svg", figure::svg(f)),
-                _ => continue,
+            let file = |title: &str, extension: &str| {
+                inner.join(format!("{}.{extension}", title.to_lowercase().replace(' ', "-")))
             };
-            let name = title.to_lowercase().replace(' ', "-");
-            fs::write(inner.join(format!("{name}.{extension}")), text)?;
+            match view {
+                View::Table(t) => fs::write(file(&t.title, "csv"), figure::csv(t))?,
+                View::Figure(f) => {
+                    let svg = figure::svg(f);
+                    fs::write(file(&f.title, "png"), figure::raster(&svg))?;
+                    fs::write(file(&f.title, "svg"), svg)?;
+                }
+                _ => {}
+            }
         }
         let point = Point {
             label: String::new(),

@@ -38,7 +38,8 @@ fn errors_fall_with_cost_and_the_cheapest_setting_is_named() {
     assert!(errors.windows(2).all(|e| e[0] / e[1] > 1.5 && e[0] / e[1] < 2.8), "{errors:?}");
     let page = read(&project, "accuracy.md");
     assert!(page.starts_with("# What accuracy costs") && page.contains("closed form"), "{page}");
-    assert!(!project.files("out/study/tradeoff/cells").is_empty());
+    let figure = std::fs::read(project.path("out/study/tradeoff/cells/error-of-the-pressure-profile-against-time.png"));
+    assert!(figure.unwrap().starts_with(b"\x89PNG"));
     assert!(read(&project, "out/study/tradeoff.html").contains("Error of the pressure profile against time"));
 
     let ask =

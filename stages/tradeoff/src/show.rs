@@ -193,14 +193,17 @@ fn runs(along: &str, samples: &[Sample], all: &[Quantity]) -> Table {
 fn figure(along: &str, samples: &[Sample], q: &Quantity) -> Figure {
     let styles = [Style::Dots, Style::Circles, Style::Crosses];
     let point = |i: usize| q.rows[i].filter(|r| r.error > 0.0).map(|r| (samples[i].cost, 100.0 * r.error));
-    let mut series = vec![Series::new("front", Style::Dashed, q.front.iter().filter_map(|&i| point(i)).collect())];
+    // The front counts the largest error of a run and the finer ones.
+    let points = q.points(samples);
+    let worst = |i: usize| Some(points[i]).filter(|p| p.1 > 0.0).map(|(cost, error)| (cost, 100.0 * error));
+    let mut series = vec![Series::new("front", Style::Dashed, q.front.iter().filter_map(|&i| worst(i)).collect())];
     for (k, (group, _)) in q.orders.iter().enumerate() {
         let own = (0..samples.len()).filter(|&i| samples[i].group == *group);
         let points: Vec<_> = own.filter_map(point).collect();
         let label = if group.is_empty() { along } else { group };
         series.push(Series::new(label, styles[k % styles.len()], points));
     }
-    series.extend(q.knee.and_then(point).map(|p| Series::new("knee", Style::Triangles, vec![p])));
+    series.extend(q.knee.and_then(worst).map(|p| Series::new("knee", Style::Triangles, vec![p])));
     let log = |label: &str, unit: &str| Axis { label: label.into(), unit: unit.into(), log: true };
     let blur = match q.reference.how {
         How::Exact => "The reference is the closed form.".to_string(),
@@ -212,6 +215,10 @@ fn figure(along: &str, samples: &[Sample], q: &Quantity) -> Figure {
         x: log("CPU time", "s"),
         y: log("error", "%"),
         series,
-        note: format!("{} runs along `{along}`. {blur}", samples.len()),
+        note: format!(
+            "{} runs along `{along}`; the front counts a run's error as the largest of its own and the finer ones': the coarse may be right by \
+             chance. {blur}",
+            samples.len()
+        ),
     }
 }
