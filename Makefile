@@ -69,8 +69,7 @@ fuzz:
 	cargo +nightly fuzz build
 	python3 benches/fuzz.py --write docs/reliability.md
 
-# What is unsafe, under AddressSanitizer, ThreadSanitizer and Miri: a section of docs/reliability.md. Half an hour; needs a nightly Rust
-# with rust-src and miri.
+# What is unsafe, under AddressSanitizer and Miri: a section of docs/reliability.md. A quarter of an hour; needs a nightly Rust with miri.
 sanitize:
 	python3 benches/sanitize.py --write docs/reliability.md
 

@@ -7,7 +7,7 @@ Each try begins with a store of its own, whole or empty. A fault is done to it, 
 cause still there; then the cause is taken away and the study runs twice more. Counted:
 
 - wrong: a run showed a number that is not the right one, panicked, or ended with an exit code of no meaning (0 done, 1
-  something failed and it says what, 2 the input is wrong);
+  something failed and it says what, 2 the input is wrong; or aborted, saying so, where no memory is to be had);
 - lost: in the end the store has not every result, byte for byte, or a run still computes what should be there;
 - recovered: neither.
 

@@ -6,7 +6,8 @@
 Each target of `fuzz/` reads bytes as one part of the program does: a pipeline file (read and planned), a potential file, a
 description of an equation of state, a table like SESAME's, an STL surface, a store (index, record, recipe, object and
 checkpoint, with seals that fit; then everything that is done with a store), a result (decoded and shown). A finding is a panic, an
-overflow, a read outside of memory (AddressSanitizer), more than 4 GB, or more than 60 s. It begins with the files of
+overflow, a read outside of memory (AddressSanitizer), more than 4 GB, or more than 60 s; a result that makes no sense to its stage
+may panic there, which the program catches and says. It begins with the files of
 `fuzz/corpus`, which `make test` reads too, and with inputs that the program itself makes.
 
 A nightly Rust and `cargo install cargo-fuzz` are needed.
