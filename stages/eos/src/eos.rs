@@ -125,6 +125,7 @@ impl Eos {
         match self {
             Eos::Gray(m) => return m.evaluate(set, volume, energy, out),
             Eos::Patches(m) => return m.evaluate(set, volume, energy, out),
+            Eos::MieGruneisen(m) => return m.evaluate(set, volume, energy, out),
             _ => {}
         }
         for i in 0..volume.len() {

@@ -4,21 +4,23 @@
 //! profile are cut off there, and what they heat too much stays behind (W. F. Noh, J. Comput. Phys. 72, 78 (1987), who adds a
 //! heat flux beside the viscosity). Here the thermal energy h of particles of one material goes over to a mean over the nodes and back,
 //!
-//! `dh_p = sum_i w_i alpha_i (h_i - h_p)`, `h_i = sum m w h / sum m w`, `alpha_i = min(1, nodal mass mean of k dt max(0, -div))`,
+//! `dh_p = sum_i w_i alpha_i (h_i - h_p)`, `h_i = sum m w h / sum m w`, `alpha_i = min(1, nodal mass mean of k dt max(0, -div - M c / dx))`,
 //!
+//! with M a Mach number of .003 below which viscosity fades too, so that waves of sound take no heat along,
 //! over matter without an open void (a torn particle's volume counts its void, at which its cold energy means nothing),
 //! which conserves energy to rounding, makes no new extreme of h, and is nothing outside shocks. (Were it the whole energy e, matter
 //! that is compressed would be robbed of the energy of compression and fall below zero on release.) What a shock of given speed
 //! leaves behind where it was born is the difference of the energy in its own profile from that of a sharp front: so a narrow
 //! profile with a foot of heat ahead of it leaves less, and the heat conduction pays for a smaller viscosity.
 use crate::g2p::NONE;
-use crate::grid::{Grid, Shared, clear_window};
+use crate::grid::Grid;
 use crate::material::Law;
 use crate::pack::{Pack, ahead};
 use crate::step::Setting;
 use crate::store::{Group, Site, Store};
 use crate::task::{Crew, Desk, Task};
 use crate::transfer::{By, spread};
+use crate::window::{Shared, clear_window};
 use hvi_kit::lanes::{Eight, Quads};
 
 /// Brings to the grid what particles take back as they move on, see [`take`], in a step of `dt` [s].
@@ -75,7 +77,7 @@ impl<const D: usize> Task<D> for Give<'_, D> {
             if !site.groups.iter().any(|group| own(&group)) {
                 continue;
             }
-            clear_window(site, &mut windows[0]);
+            clear_window::<R, D>(site, &mut windows[0]);
             for group in site.groups.iter().filter(own) {
                 for (k, pack) in group.packs.iter().enumerate() {
                     if let Some(next) = group.packs.get(k + ahead(N)) {
@@ -85,7 +87,7 @@ impl<const D: usize> Task<D> for Give<'_, D> {
                     let m = pack.matter.load::<R>();
                     let closed = R::of(1.0) - m.open();
                     let mass = m.mass * closed;
-                    let share = m.divergence.times(-setting.method.conduction * self.dt).at_least(0.0);
+                    let share = Law::shocked(&m, setting.cell).times(setting.method.conduction * self.dt);
                     let heat = setting.laws[material].thermal_energy(m.ratio, m.energy);
                     R::transposed([mass, mass * heat, mass * share, R::of(0.0)], &mut quads[0]);
                     for lane in 0..group.live(k) {
@@ -94,13 +96,13 @@ impl<const D: usize> Task<D> for Give<'_, D> {
                 }
             }
             // SAFETY: passes do blocks of one colour at a time, and those share no node.
-            unsafe { field.add(site, &windows[0]) };
+            unsafe { field.add::<R, D>(site, &mut windows[0]) };
         }
     }
 }
 
 /// Adds to a pack's heat what it gains: `at` are the sums over its nodes of the share and of the share times the mean, see
-/// [`crate::grid::see_heat`].
+/// [`crate::window::see_heat`].
 #[inline(always)]
 pub fn take<R: Eight, const D: usize>(pack: &mut Pack<D>, law: &Law, at: &Quads) {
     let [share, gain, ..] = R::columns(at);

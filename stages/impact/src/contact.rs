@@ -4,11 +4,12 @@
 //! it, and across it as far as Coulomb friction goes; where they draw apart nothing acts (S. G. Bardenhagen, J. E. Guilkey,
 //! K. M. Roessig, J. U. Brackbill, W. M. Witzel and J. C. Foster, CMES 2, 509 (2001)). The normal is that of the difference of the two
 //! mass gradients, the same for both, so that momentum is exact. Work done at the contact becomes heat of the particles there.
-use crate::grid::{Grid, Node, Shared, clear_window, see_scalar};
+use crate::grid::{Grid, Node};
 use crate::step::Setting;
 use crate::store::{Site, Store};
 use crate::task::{Crew, Desk, Task};
 use crate::transfer::{By, gather, spread};
+use crate::window::{Shared, clear_window, see_scalar};
 use hvi_kit::lanes::Eight;
 
 /// Nodes that two bodies share, kept between steps for their memory.
@@ -124,7 +125,7 @@ impl<const D: usize> Task<D> for Slopes<'_, D> {
         let Desk { lines, windows, quads, .. } = desk;
         let [constant, columns @ ..] = quads;
         *constant = [[0.0; 4]; 8];
-        clear_window(site, &mut windows[0]);
+        clear_window::<R, D>(site, &mut windows[0]);
         let origin = site.origin();
         for group in &site.groups {
             for (k, pack) in group.packs.iter().enumerate() {
@@ -145,7 +146,7 @@ impl<const D: usize> Task<D> for Slopes<'_, D> {
             }
         }
         // SAFETY: passes do blocks of one colour at a time, and those share no node.
-        unsafe { self.field.add(site, &windows[0]) };
+        unsafe { self.field.add::<R, D>(site, &mut windows[0]) };
     }
 }
 

@@ -1,7 +1,7 @@
 //! Grid to particles: velocity, affine field and position (step 4 of the method), then volume, stress, energy and
 //! equation of state (steps 5 to 7).
 use crate::conduction;
-use crate::grid::{Grid, see_blend, see_end, see_heat};
+use crate::grid::Grid;
 use crate::material::{Answer, HalfStep, Law};
 use crate::method::{Scheme, Transfer, TransferHeat};
 use crate::p2g::full_gradient;
@@ -12,6 +12,7 @@ use crate::step::{Booked, Setting};
 use crate::store::{Frame, Group, Site};
 use crate::task::{Desk, Task};
 use crate::transfer::{Sums, gather};
+use crate::window::{see_blend, see_end, see_heat};
 use hvi_kit::lanes::{Eight, Instructions, Quads, prefetch};
 use std::ops::Range;
 
@@ -53,10 +54,10 @@ impl<const D: usize> Task<D> for Update<'_, D> {
         let own = site.reference();
         let blends = method.transfer == Transfer::Aflip;
         if blends {
-            see_blend(site, self.grid, self.dt, &own, &mut desk.windows);
+            see_blend::<R, D>(site, self.grid, self.dt, &own, &mut desk.windows);
         } else {
             let [end, middle, ..] = &mut *desk.windows;
-            see_end(site, self.grid, !affine, &own, end, middle);
+            see_end::<R, D>(site, self.grid, !affine, &own, end, middle);
         }
         let origin = site.origin();
         let zero = R::of(0.0);
@@ -70,7 +71,7 @@ impl<const D: usize> Task<D> for Update<'_, D> {
             }
             let heat = self.grid.heat.get(self.setting.material(group.body)).filter(|_| site.conducts);
             if let Some(field) = heat {
-                see_heat(site, field, &mut desk.heat);
+                see_heat::<R, D>(site, field, &mut desk.heat);
             }
             for batch in batches(group.packs.len()) {
                 for k in batch.clone() {
@@ -86,12 +87,8 @@ impl<const D: usize> Task<D> for Update<'_, D> {
                     } else {
                         lines.fill::<R, D, N, true, false>(&pack.position, &origin, kernel, cell);
                     }
-                    if live < 8 {
-                        let used = if blends { 4 } else { 2 };
-                        for sums in &mut sums[..used] {
-                            *sums = Sums::NONE;
-                        }
-                        sums[4].mean = Sums::NONE.mean;
+                    for sums in &mut *sums {
+                        sums.clear_after(live);
                     }
                     let [end, middle, damped, still, share] = &mut *sums;
                     for lane in 0..live {
@@ -124,6 +121,9 @@ impl<const D: usize> Task<D> for Update<'_, D> {
         }
         site.groups = groups;
         survey.keep(site);
+        if !method.scheme.deforms_last() {
+            site.part();
+        }
         site.booked.transfer = accounts.transfer.sum();
         site.booked.unresolved = accounts.unresolved.sum();
         site.booked.viscous = accounts.viscous.sum();
@@ -251,7 +251,9 @@ impl<const D: usize> Update<'_, D> {
     #[inline(always)]
     fn blend<R: Eight>(&self, pack: &mut Pack<D>, m: &Matter<R>, own: &[f64; 3], at: &[Sums; 5]) -> R {
         let moment = self.setting.method.moment(self.setting.cell);
-        let [end, middle, damped, still] = [0, 1, 2, 3].map(|k| R::columns(&at[k].mean));
+        // Spelled out: a closure would not be compiled for the lanes' processor.
+        let (end, middle) = (R::columns(&at[0].mean), R::columns(&at[1].mean));
+        let (damped, still) = (R::columns(&at[2].mean), R::columns(&at[3].mean));
         let mut heat = middle[0] + end[0];
         let mut apart = [R::of(0.0); D];
         for c in 0..D {
@@ -259,7 +261,8 @@ impl<const D: usize> Update<'_, D> {
         }
         for d in 0..D {
             let level = d + 3 - D;
-            let [end, middle, damped] = [0, 1, 2].map(|k| R::columns(&at[k].moment[level]));
+            let (end, middle) = (R::columns(&at[0].moment[level]), R::columns(&at[1].moment[level]));
+            let damped = R::columns(&at[2].moment[level]);
             for c in 0..D {
                 let old = R::load(&pack.affine[c][d]);
                 apart[c] = old.fused(damped[0], apart[c]);
@@ -341,7 +344,7 @@ pub fn evaluate<R: Eight, const D: usize>(
     survey: &mut Survey<R, D>,
     booked: &mut Booked,
 ) {
-    let Desk { volume, energy, points, .. } = desk;
+    let Desk { volume, energy, points, capped, .. } = desk;
     volume.resize(8 * batch.len(), 0.0);
     energy.resize(8 * batch.len(), 0.0);
     let slots = volume.as_chunks_mut::<8>().0.iter_mut().zip(energy.as_chunks_mut::<8>().0);
@@ -351,7 +354,7 @@ pub fn evaluate<R: Eight, const D: usize>(
     }
     // Dead lanes of the last pack have what its last particle has.
     let filled = 8 * (batch.len() - 1) + group.live(batch.end - 1);
-    law.answers(set, &volume[..filled], &energy[..filled], points);
+    law.answers(set, &mut volume[..filled], &energy[..filled], points, capped);
     for array in [
         &mut points.pressure,
         &mut points.temperature,

@@ -1,4 +1,5 @@
 //! Sums over the whole scene.
+use crate::material::Law;
 use crate::particle::Particle;
 use crate::result::Ledger;
 use crate::step::{Setting, State};
@@ -18,7 +19,7 @@ pub fn entry<const D: usize>(state: &State<D>, setting: &Setting<D>, multiple: f
         kinetic += motion;
         internal[p.body as usize] += inside;
         flying += if p.alone { motion + inside } else { 0.0 };
-        intact[p.body as usize].add(&p, &setting.laws[p.body as usize].eos);
+        intact[p.body as usize].add(&p, &setting.laws[p.body as usize]);
     });
     internal.iter_mut().for_each(|e| *e *= multiple);
     let each = setting.laws.iter().zip(&intact);
@@ -48,7 +49,7 @@ pub fn entry<const D: usize>(state: &State<D>, setting: &Setting<D>, multiple: f
     entry
 }
 
-/// Matter of a body at the volume it has itself, without voids: what its phase depends on.
+/// Matter of a body that is under pressure and so fills its volume: its phase depends on that.
 #[derive(Default)]
 struct Intact {
     /// Specific volumes [m3/kg].
@@ -57,21 +58,26 @@ struct Intact {
     energy: Vec<f64>,
     /// Internal energies [J].
     heat: Vec<f64>,
+    /// Internal energy of the others by phase [J].
+    parted: [f64; 5],
 }
 
 impl Intact {
     #[inline(always)]
-    fn add<const D: usize>(&mut self, p: &Particle<D>, eos: &Eos) {
-        let own = eos.reference_volume() * p.ratio;
-        // What is under pressure is intact: only the rest needs its volume without it.
-        self.volume.push(if p.unclamped >= 0.0 { own } else { eos.relaxed_volume(own, p.energy) });
+    fn add<const D: usize>(&mut self, p: &Particle<D>, law: &Law) {
+        let heat = p.mass * p.energy;
+        if p.unclamped < 0.0 {
+            self.parted[law.released.phase(p.energy) as usize] += heat;
+            return;
+        }
+        self.volume.push(law.eos.reference_volume() * p.ratio);
         self.energy.push(p.energy);
-        self.heat.push(p.mass * p.energy);
+        self.heat.push(heat);
     }
 
     /// Internal energy by phase [J].
     fn by_phase(&self, eos: &Eos, set: Instructions) -> [f64; 5] {
-        let (mut points, mut sums) = (Points::default(), [0.0; 5]);
+        let (mut points, mut sums) = (Points::default(), self.parted);
         eos.evaluate_with(set, &self.volume, &self.energy, &mut points);
         for (phase, heat) in points.phase.iter().zip(&self.heat) {
             sums[*phase as usize] += heat;
@@ -103,7 +109,7 @@ pub fn leading<const D: usize>(particles: impl Iterator<Item = Particle<D>>, bod
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::material::{Law, Material, Switches};
+    use crate::material::{Material, Switches};
 
     /// A block that shrinks evenly, one short step: the ledger's columns are `multiple` times the particles' sums.
     /// The linear velocity field is carried exactly, so viscous heat is `m |div| dt dx (c2 dx |div| + c1 c)` of each of the 27

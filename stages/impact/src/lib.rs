@@ -4,7 +4,7 @@
 //! `mesh.rs` of surfaces from files, `probes.rs` of what is followed; `effects.rs` which effects the scene calls for; `checks.rs` what must hold between them; `scene.rs` particles from it; `method.rs` which variant of the method; `particle.rs` one
 //! particle, `pack.rs` eight of them, `store.rs` all; `step.rs` one time step, made of `p2g.rs` (particles to grid), `conduction.rs`,
 //! `contact.rs` and `g2p.rs` (grid to particles; `xpic.rs` XPIC's damping, `remap.rs` deformation in a pass of its own), passes over
-//! all blocks of particles by `task.rs`, with `signal.rs` for the time step, on the sparse `grid.rs` (found by `table.rs`) with the
+//! all blocks of particles by `task.rs`, with `signal.rs` for the time step, on the sparse `grid.rs` (found by `table.rs`), seen through `window.rs`, with the
 //! inner loops of `transfer.rs` and the weights of `kernel.rs`; `material/` what matter does; `ledger.rs` sums over the scene;
 //! `melt.rs` phases and snapshots; `result.rs` what a run leaves, `show.rs` what of it a person sees; `stage.rs` the stage `impact`,
 //! `fault.rs` what it says where a run goes wrong.
@@ -40,6 +40,7 @@ mod table;
 mod task;
 mod tensor;
 mod transfer;
+mod window;
 mod xpic;
 pub use params::Params;
 pub use show::{decision, decision_columns};

@@ -1,6 +1,6 @@
 //! Particles to grid: mass and momentum (step 1 of the method), then the stress that acts through the step and its forces
 //! (steps 2 and 3).
-use crate::grid::{Grid, Shared, clear_window, see_velocity};
+use crate::grid::Grid;
 use crate::material::{HalfStep, Law};
 use crate::method::{Scheme, Transfer};
 use crate::pack::{Pack, ahead};
@@ -9,6 +9,7 @@ use crate::store::Site;
 use crate::task::{Desk, Task};
 use crate::tensor::{self, Gradient};
 use crate::transfer::{By, Sums, gather, sharing, spread};
+use crate::window::{Shared, clear_window, see_velocity};
 use hvi_kit::lanes::{Eight, Quads, prefetch};
 
 /// Step 1: `m_i = sum m w`, `m_i v_i = sum m w (v + C (x_i - x))`.
@@ -31,7 +32,7 @@ impl<const D: usize> Task<D> for Momentum<'_, D> {
         let method = &self.setting.method;
         let window = &mut windows[0];
         let [constant, columns @ ..] = quads;
-        clear_window(site, window);
+        clear_window::<R, D>(site, window);
         let origin = site.origin();
         for group in &site.groups {
             for (k, pack) in group.packs.iter().enumerate() {
@@ -62,7 +63,7 @@ impl<const D: usize> Task<D> for Momentum<'_, D> {
             }
         }
         // SAFETY: passes do blocks of one colour at a time, and those share no node.
-        unsafe { self.field.add(site, window) };
+        unsafe { self.field.add::<R, D>(site, window) };
     }
 }
 
@@ -93,8 +94,8 @@ impl<const D: usize> Task<D> for Force<'_, D> {
             return;
         }
         let own = site.reference();
-        see_velocity(site, self.grid, &own, &mut desk.windows[0], &mut desk.masses);
-        clear_window(site, &mut desk.windows[1]);
+        see_velocity::<R, D>(site, self.grid, &own, &mut desk.windows[0], &mut desk.masses);
+        clear_window::<R, D>(site, &mut desk.windows[1]);
         let origin = site.origin();
         let mut conducts = false;
         for group in &mut site.groups {
@@ -112,9 +113,7 @@ impl<const D: usize> Task<D> for Force<'_, D> {
                 } else {
                     lines.fill::<R, D, N, true, false>(&pack.position, &origin, kernel, cell);
                 }
-                if live < 8 {
-                    *at = Sums::NONE;
-                }
+                at.clear_after(live);
                 for lane in 0..live {
                     // Linear weights know no affine motion.
                     if N > 2 {
@@ -125,8 +124,7 @@ impl<const D: usize> Task<D> for Force<'_, D> {
                 }
                 let shared = R::load(&sharing::<D, N>(masses, lines, &pack.matter.mass, live));
                 self.stress::<R>(pack, law, shared, &own, at, quads);
-                let still = R::load(&pack.matter.divergence);
-                conducts |= still.any_less(R::of(0.0));
+                conducts |= R::of(0.0).any_less(Law::shocked(&pack.matter.load::<R>(), cell));
                 let [hoop, columns @ ..] = &*quads;
                 for lane in 0..live {
                     spread::<R, D, N, true>(&mut windows[1], lines, lane, By::Slope, hoop, columns);
@@ -135,7 +133,7 @@ impl<const D: usize> Task<D> for Force<'_, D> {
         }
         site.conducts = conducts;
         // SAFETY: passes do blocks of one colour at a time, and those share no node.
-        unsafe { self.field.add(site, &desk.windows[1]) };
+        unsafe { self.field.add::<R, D>(site, &mut desk.windows[1]) };
     }
 }
 

@@ -89,7 +89,7 @@ impl<const D: usize> Pack<D> {
     pub fn prefetch_heat(&self) {
         let m = &self.matter;
         prefetch(&self.position);
-        for row in [&m.mass, &m.ratio, &m.energy, &m.damage, &m.unclamped, &m.divergence] {
+        for row in [&m.mass, &m.ratio, &m.energy, &m.damage, &m.unclamped, &m.divergence, &m.sound_speed] {
             prefetch(row);
         }
     }

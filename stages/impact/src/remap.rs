@@ -1,14 +1,15 @@
 //! Matter's deformation where it is a pass of its own: before the forces (USF), by the velocities at the end of the step (USL), or by the
 //! particles' new velocities, which go to the grid once more (MUSL).
 use crate::g2p;
-use crate::grid::{Grid, see_end, see_mean, see_velocity};
+use crate::grid::Grid;
 use crate::method::Scheme;
 use crate::p2g::full_gradient;
 use crate::signal::Survey;
 use crate::step::Setting;
 use crate::store::{Frame, Site, Store};
 use crate::task::{Crew, Desk, Task};
-use crate::transfer::{Sums, gather, sharing};
+use crate::transfer::{gather, sharing};
+use crate::window::{see_end, see_mean, see_velocity};
 use crate::xpic;
 use hvi_kit::lanes::Eight;
 
@@ -46,15 +47,15 @@ impl<const D: usize> Task<D> for Deform<'_, D> {
         let window = &mut desk.windows[0];
         match scheme {
             Scheme::Midpoint | Scheme::Usf => {
-                see_velocity(site, self.grid, &own, window, &mut desk.masses);
+                see_velocity::<R, D>(site, self.grid, &own, window, &mut desk.masses);
             }
             Scheme::Usl => {
                 let [end, middle, ..] = &mut *desk.windows;
-                see_end(site, self.grid, false, &own, end, middle);
+                see_end::<R, D>(site, self.grid, false, &own, end, middle);
             }
             Scheme::Musl => {
                 own = [0.0; 3];
-                see_mean(site, self.grid, self.cut, window);
+                see_mean::<R, D>(site, self.grid, self.cut, window);
             }
         }
         let mut survey = Survey::<R, D>::new(site, self.frame, self.setting.quiet);
@@ -66,9 +67,7 @@ impl<const D: usize> Task<D> for Deform<'_, D> {
                 let Desk { lines, windows, masses, sums, .. } = &mut *desk;
                 let (pack, at) = (&mut group.packs[k], &mut sums[0]);
                 lines.fill::<R, D, N, true, false>(&pack.position, &origin, setting.method.kernel, setting.cell);
-                if live < 8 {
-                    *at = Sums::NONE;
-                }
+                at.clear_after(live);
                 for lane in 0..live {
                     gather::<R, D, N, true, false>(&windows[0], lines, lane, at);
                 }
@@ -99,5 +98,8 @@ impl<const D: usize> Task<D> for Deform<'_, D> {
             }
         }
         survey.keep(site);
+        if scheme.deforms_last() {
+            site.part();
+        }
     }
 }

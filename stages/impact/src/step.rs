@@ -4,7 +4,7 @@
 //! motion returned as heat: kinetic (affine included) plus internal energy is conserved to rounding.
 use crate::contact::Contact;
 use crate::g2p::Update;
-use crate::grid::{Grid, Shared};
+use crate::grid::Grid;
 use crate::material::Law;
 use crate::method::{Method, Scheme, Transfer};
 use crate::p2g::{Force, Momentum};
@@ -12,6 +12,7 @@ use crate::particle::Particle;
 use crate::signal::{self, Signal};
 use crate::store::{Frame, Lost, Store};
 use crate::task::{self, Crew};
+use crate::window::Shared;
 use crate::{conduction, remap, xpic};
 use hvi_kit::lanes::Instructions;
 use serde::{Deserialize, Serialize};
@@ -313,7 +314,8 @@ impl<const D: usize> State<D> {
         self.time = if self.time + dt >= until * (1.0 - 1e-15) { until } else { self.time + dt };
         self.steps += 1;
         if wrong {
-            let found = self.store.iter().find(|p| !(p.energy + p.ratio + p.unclamped).is_finite());
+            let mut all = self.store.iter().chain(self.store.leaving().copied());
+            let found = all.find(|p| !(p.energy + p.ratio + p.unclamped).is_finite());
             return Err(Stop::NotFinite(found.map_or(0, |p| p.id)));
         }
         self.store.settle().map_err(|Lost(id)| Stop::Lost(id))

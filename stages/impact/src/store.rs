@@ -31,8 +31,10 @@ pub struct Site<const D: usize> {
     pub groups: Vec<Group<D>>,
     /// The least and the greatest place in its window of its particles' first nodes, by level.
     pub cells: [[u8; 2]; 3],
-    /// Some particles have left it.
+    /// Some particles have left it, and wait for [`Site::part`].
     pub left: bool,
+    /// Those that have left it.
+    moved: Vec<Particle<D>>,
     /// The first and the last node (and one) of its window that its particles touch, by level.
     pub touched: [[u8; 2]; 3],
     /// Node blocks that its window lies over, by corner; those not touched are not to be used.
@@ -148,6 +150,14 @@ impl<const D: usize> Site<D> {
         velocity
     }
 
+    /// Takes out what has left it, to be settled elsewhere.
+    pub fn part(&mut self) {
+        if self.left {
+            self.left = false;
+            self.groups.iter_mut().for_each(|group| group.part(&mut self.moved));
+        }
+    }
+
     /// Node blocks that its particles touch.
     pub fn node_blocks(&self) -> impl Iterator<Item = usize> {
         let needed = |corner: &usize| {
@@ -210,16 +220,20 @@ impl<const D: usize> Store<D> {
         }
     }
 
-    /// Moves particles over to the blocks they are in now.
+    /// Particles that have left their blocks and are not settled.
+    pub fn leaving(&self) -> impl Iterator<Item = &Particle<D>> {
+        self.sites.iter().flatten().flat_map(|site| &site.moved)
+    }
+
+    /// Moves particles that have left their blocks over to those they are in now.
     ///
     /// # Errors
     /// [`Lost`] for one that has gone beyond the range of the grid.
     pub fn settle(&mut self) -> Result<(), Lost> {
         let mut moved = std::mem::take(&mut self.moved);
         moved.clear();
-        for site in self.sites.iter_mut().flatten().filter(|site| site.left) {
-            site.left = false;
-            site.groups.iter_mut().for_each(|group| group.part(&mut moved));
+        for site in self.sites.iter_mut().flatten().filter(|site| !site.moved.is_empty()) {
+            moved.append(&mut std::mem::take(&mut site.moved));
         }
         if !moved.is_empty() {
             moved.iter().try_for_each(|p| self.insert(p))?;
@@ -274,6 +288,7 @@ impl<const D: usize> Store<D> {
                 groups: Vec::new(),
                 cells: NO_CELLS,
                 left: false,
+                moved: Vec::new(),
                 touched: [[0, 1]; 3],
                 homes: [0; 8],
                 booked: Booked::default(),
@@ -376,6 +391,7 @@ mod tests {
                     group.packs[i / 8].left |= (out as u8) << (i % 8);
                 }
             }
+            site.part();
         }
     }
 

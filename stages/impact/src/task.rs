@@ -1,9 +1,10 @@
 //! Passes over all blocks of particles: on the processor's lanes, by one thread or several, with the same bits.
-use crate::grid::{CLEAR, Node, WINDOW, Window};
+use crate::grid::Node;
 use crate::kernel::Lines;
 use crate::step::Setting;
 use crate::store::{Site, Store};
 use crate::transfer::Sums;
+use crate::window::{CLEAR, WINDOW, Window};
 use hvi_eos::Points;
 use hvi_kit::lanes::{Eight, Quads, Work, prefetch};
 use rayon::prelude::*;
@@ -42,6 +43,8 @@ pub struct Desk {
     pub energy: Vec<f64>,
     /// What the equation of state says of them.
     pub points: Points,
+    /// Room for it to say more.
+    pub capped: Points,
 }
 
 impl Desk {
@@ -56,6 +59,7 @@ impl Desk {
             volume: Vec::new(),
             energy: Vec::new(),
             points: Points::default(),
+            capped: Points::default(),
         }
     }
 }

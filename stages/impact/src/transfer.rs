@@ -1,8 +1,8 @@
 //! Between a particle and the nodes of its block's window: the inner loops, in quads of numbers a node, two nodes at a time.
 //!
 //! Weights are products over three levels (see [`Lines`]); sums go level by level, so that each node costs a few products.
-use crate::grid::{WINDOW, Window};
 use crate::kernel::{Lines, row, span};
+use crate::window::{WINDOW, Window};
 use hvi_kit::lanes::{Eight, Quads};
 
 /// Nodes of a level with `N` an axis.
@@ -122,6 +122,17 @@ pub struct Sums {
 impl Sums {
     /// Nothing.
     pub const NONE: Sums = Sums { mean: [[0.0; 4]; 8], slope: [[[0.0; 4]; 8]; 3], moment: [[[0.0; 4]; 8]; 3] };
+
+    /// Clears those of the last particles, from number `live` on.
+    #[inline(always)]
+    pub fn clear_after(&mut self, live: usize) {
+        for lane in live..8 {
+            self.mean[lane] = [0.0; 4];
+            for level in 0..3 {
+                (self.slope[level][lane], self.moment[level][lane]) = ([0.0; 4], [0.0; 4]);
+            }
+        }
+    }
 }
 
 /// Sums over the nodes of one particle by the place along the last axis, two places a number: what is left to do is weight these.

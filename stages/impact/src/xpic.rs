@@ -5,11 +5,12 @@
 //! kinetic energy is booked where it happens: with `e_j = (1 - S S+)^j v`, and S S+ its own transpose in the mass-weighted
 //! product, `sum m v.d` is `sum m |e_j|^2` for k = 2 j and `sum m sum_i w |e_j - (S+ e_j)_i|^2` for k = 2 j + 1.
 use crate::g2p::NONE;
-use crate::grid::{Grid, Shared, clear_window, see_mean};
+use crate::grid::Grid;
 use crate::step::Setting;
 use crate::store::{Site, Store};
 use crate::task::{Crew, Desk, Task};
 use crate::transfer::{By, gather, spread};
+use crate::window::{Shared, clear_window, see_mean};
 use hvi_kit::lanes::Eight;
 
 /// Fills in what each particle's velocity loses (`extra` of its group) and the heat of it but for the part with the acceleration, for
@@ -64,7 +65,7 @@ impl<const D: usize> Task<D> for Give<'_, D> {
     #[inline(always)]
     fn run<R: Eight, const N: usize>(&self, site: &mut Site<D>, desk: &mut Desk) {
         let Desk { lines, windows, quads, .. } = desk;
-        clear_window(site, &mut windows[0]);
+        clear_window::<R, D>(site, &mut windows[0]);
         let origin = site.origin();
         for group in &site.groups {
             for (k, pack) in group.packs.iter().enumerate() {
@@ -86,7 +87,7 @@ impl<const D: usize> Task<D> for Give<'_, D> {
             }
         }
         // SAFETY: passes do blocks of one colour at a time, and those share no node.
-        unsafe { self.field.add(site, &windows[0]) };
+        unsafe { self.field.add::<R, D>(site, &mut windows[0]) };
     }
 }
 
@@ -114,7 +115,7 @@ impl<const D: usize> Task<D> for Remainder<'_, D> {
     fn run<R: Eight, const N: usize>(&self, site: &mut Site<D>, desk: &mut Desk) {
         let Desk { lines, windows, sums, .. } = desk;
         let sums = &mut sums[0];
-        see_mean(site, self.grid, self.cut, &mut windows[0]);
+        see_mean::<R, D>(site, self.grid, self.cut, &mut windows[0]);
         let origin = site.origin();
         for group in &mut site.groups {
             for k in 0..group.packs.len() {

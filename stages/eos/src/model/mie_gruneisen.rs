@@ -1,6 +1,7 @@
 //! Mie-Grueneisen on the linear Us-up Hugoniot, with gamma rho constant.
 use super::table::Table;
-use crate::{EosError, Phase, Point};
+use crate::lanes::{Eight, Real, Work};
+use crate::{EosError, Instructions, Phase, Point, Points};
 use hvi_kit::math::exp;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -132,6 +133,15 @@ impl MieGruneisen {
     pub(crate) fn least_volume(&self) -> f64 {
         (1.0 - self.cap.end) / self.parameters.density
     }
+
+    /// See [`crate::Eos::evaluate_with`].
+    pub(crate) fn evaluate(&self, set: Instructions, volume: &[f64], energy: &[f64], out: &mut Points) {
+        out.phase.fill(Phase::Solid);
+        out.liquid.fill(0.0);
+        out.melting.fill(f64::INFINITY);
+        set.run(Many { of: self, volume, energy, out });
+    }
+
     pub(crate) fn least_sound_speed(&self) -> f64 {
         0.1 * self.parameters.sound_speed
     }
@@ -147,6 +157,81 @@ impl MieGruneisen {
         let open = 1.0 + p.gruneisen * energy.max(0.0) / (p.sound_speed * p.sound_speed);
         volume.min(open / p.density)
     }
+}
+
+/// Many states, eight side by side by the formulas of [`MieGruneisen::point`], to the bit.
+struct Many<'a> {
+    of: &'a MieGruneisen,
+    volume: &'a [f64],
+    energy: &'a [f64],
+    out: &'a mut Points,
+}
+
+impl Work for Many<'_> {
+    #[inline(always)]
+    fn run<R: Eight>(self) {
+        let Many { of, volume, energy, out } = self;
+        for start in (0..volume.len()).step_by(8) {
+            let live = (volume.len() - start).min(8);
+            let [pressure, temperature, sound_speed] = of.eight::<R>(eight(&volume[start..]), eight(&energy[start..]));
+            put(pressure, &mut out.pressure[start..start + live]);
+            put(temperature, &mut out.temperature[start..start + live]);
+            put(sound_speed, &mut out.sound_speed[start..start + live]);
+        }
+    }
+}
+
+/// The first eight; where there are fewer, ones after them.
+#[inline(always)]
+fn eight<R: Eight>(from: &[f64]) -> R {
+    if let Some(all) = from.first_chunk() {
+        return R::load(all);
+    }
+    let mut lanes = [1.0; 8];
+    lanes[..from.len()].copy_from_slice(from);
+    R::load(&lanes)
+}
+
+/// As many as there is room for.
+#[inline(always)]
+fn put<R: Eight>(from: R, to: &mut [f64]) {
+    let mut lanes = [0.0; 8];
+    from.store(&mut lanes);
+    to.copy_from_slice(&lanes[..to.len()]);
+}
+
+impl MieGruneisen {
+    /// Pressure, temperature and sound speed.
+    #[inline(always)]
+    fn eight<R: Eight>(&self, volume: R, energy: R) -> [R; 3] {
+        let p = &self.parameters;
+        let ratio = volume.times(p.density);
+        let x = R::of(1.0) - ratio;
+        let (cold, slope) = cold_eight(p, &self.cap, x);
+        let pressure = cold + energy.times(p.gruneisen * p.density);
+        let c2 = ratio * ratio * (slope + pressure.times(p.gruneisen)) / R::of(p.density);
+        let [hot, isentrope] = self.isentrope.values(x);
+        let temperature = hot + (energy - isentrope) / R::of(p.heat_capacity);
+        [pressure, temperature.at_least(0.0), c2.root().at_least(self.least_sound_speed())]
+    }
+}
+
+/// As [`cold`].
+#[inline(always)]
+fn cold_eight<R: Real>(p: &Parameters, cap: &Cap, x: R) -> (R, R) {
+    let (g, one) = (p.gruneisen, R::of(1.0));
+    let stiffness = R::of(p.density * p.sound_speed * p.sound_speed);
+    let gap = one / (one - x.times(p.slope));
+    let h = stiffness * x * gap * gap;
+    let dh = stiffness * x.times(p.slope).plus(1.0) * gap * gap * gap;
+    let (within, steep) = (h * (one - x.times(0.5 * g)), dh - (dh * x + h).times(0.5 * g));
+    let d = x.plus(-cap.end);
+    let reference = d.times(cap.slope).plus(cap.pressure);
+    let energy = (d * d.times(0.5 * cap.slope).plus(cap.pressure)).plus(0.5 * cap.pressure * cap.end);
+    let (beyond, line) = (reference - energy.times(g), R::of(cap.slope) - reference.times(g));
+    let (end, zero) = (R::of(cap.end), R::of(0.0));
+    let pressure = (stiffness * x).where_less(x, zero, beyond.where_less(end, x, within));
+    (pressure, stiffness.where_less(x, zero, line.where_less(end, x, steep)))
 }
 
 /// P_H and dP_H/dx on the Hugoniot's own formula.
@@ -220,5 +305,37 @@ impl TryFrom<Parameters> for MieGruneisen {
 impl From<MieGruneisen> for Parameters {
     fn from(eos: MieGruneisen) -> Parameters {
         eos.parameters
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// From a tenth of V0 to dust, below the cold curve and far above it: many states at once have the bits of one at a time, on every
+    /// instruction set and for any number of them.
+    #[test]
+    fn many_states_are_single_ones() {
+        let copper = Parameters {
+            density: 8930.0,
+            sound_speed: 3940.0,
+            slope: 1.489,
+            gruneisen: 2.02,
+            heat_capacity: 385.0,
+            reference_temperature: 293.0,
+        };
+        let eos = MieGruneisen::new(copper).expect("copper");
+        let volume: Vec<f64> = (0..4003).map(|i| (0.1 + 1e-3 * f64::from(i)) / 8930.0).chain([1e3]).collect();
+        let energy: Vec<f64> = (0..volume.len()).map(|i| -1e6 + 7919.0 * (i * i % 4001) as f64).collect();
+        for set in Instructions::all() {
+            for n in [volume.len(), 13] {
+                let mut all = Points::default();
+                all.resize(n);
+                eos.evaluate(set, &volume[..n], &energy[..n], &mut all);
+                for i in 0..n {
+                    assert_eq!(all.get(i), eos.point(volume[i], energy[i]), "{i} on {}", set.name());
+                }
+            }
+        }
     }
 }

@@ -1,5 +1,7 @@
 //! Piecewise quintic Hermite interpolation of several functions on one uniform grid: twice continuously differentiable.
 
+use crate::lanes::{Eight, Quads, Real};
+
 /// Value, first and second derivative.
 pub type Jet = [f64; 3];
 
@@ -13,6 +15,37 @@ pub struct Table<const N: usize> {
     per_step: f64,
     /// `[interval][function][power]` of the local coordinate 0..1.
     pieces: Vec<[[f64; 6]; N]>,
+}
+
+impl Table<2> {
+    /// Values of both functions at eight places; where one is NaN, at the range's start.
+    #[inline(always)]
+    pub fn values<R: Eight>(&self, u: R) -> [R; 2] {
+        let position = u.plus(-self.start).times(self.per_step);
+        let below = position.at_least(0.0).min(R::of((self.pieces.len() - 1) as f64)).floor();
+        let s = (position - below).at_least(0.0).at_most(1.0);
+        let mut intervals = [0.0; 8];
+        below.store(&mut intervals);
+        // The powers of both, in thirds, by lane.
+        let mut quads: [Quads; 3] = [[[0.0; 4]; 8]; 3];
+        for lane in 0..8 {
+            let [a, b] = &self.pieces[intervals[lane] as usize];
+            for (third, quads) in quads.iter_mut().enumerate() {
+                let k = 2 * third;
+                quads[lane] = [a[k], a[k + 1], b[k], b[k + 1]];
+            }
+        }
+        let [a0, a1, b0, b1] = R::columns(&quads[0]);
+        let [a2, a3, b2, b3] = R::columns(&quads[1]);
+        let [a4, a5, b4, b5] = R::columns(&quads[2]);
+        [value([a0, a1, a2, a3, a4, a5], s), value([b0, b1, b2, b3, b4, b5], s)]
+    }
+}
+
+/// The polynomial of coefficients `c`, constant first, at `s`.
+#[inline(always)]
+fn value<R: Real>(c: [R; 6], s: R) -> R {
+    c[0] + s * (c[1] + s * (c[2] + s * (c[3] + s * (c[4] + s * c[5]))))
 }
 
 impl<const N: usize> Table<N> {
@@ -53,7 +86,7 @@ pub(crate) fn quintic(a: Jet, b: Jet, h: f64) -> [f64; 6] {
 
 #[inline]
 fn jet(c: &[f64; 6], s: f64, per_step: f64) -> Jet {
-    let value = c[0] + s * (c[1] + s * (c[2] + s * (c[3] + s * (c[4] + s * c[5]))));
+    let value = value(*c, s);
     let first = c[1] + s * (2.0 * c[2] + s * (3.0 * c[3] + s * (4.0 * c[4] + s * 5.0 * c[5])));
     let second = 2.0 * c[2] + s * (6.0 * c[3] + s * (12.0 * c[4] + s * 20.0 * c[5]));
     [value, first * per_step, second * per_step * per_step]

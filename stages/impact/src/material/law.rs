@@ -1,12 +1,13 @@
 //! What a particle's matter does in one step: viscosity, half-step stress, volume, strength, energy, equation of state; for one
 //! particle or eight of the same law.
 use super::isotherm::Isotherm;
-use super::terms::{Answer, Gain, HalfStep};
+use super::released::Released;
+use super::terms::{Gain, HalfStep};
 use super::{Damage, JohnsonCook, Material};
 use crate::particle::{Matter, Particle};
 use crate::tensor::{self, Gradient, Symmetric};
-use hvi_eos::{Eos, Points};
-use hvi_kit::lanes::{Eight, Instructions, Real};
+use hvi_eos::Eos;
+use hvi_kit::lanes::Real;
 
 /// Which parts of the material model act.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,13 +25,15 @@ pub struct Switches {
 pub struct Law {
     /// Equation of state.
     pub eos: Eos,
-    isotherm: Isotherm,
-    shear: Option<f64>,
-    johnson_cook: JohnsonCook,
+    pub(super) isotherm: Isotherm,
+    /// Phases of matter that has parted.
+    pub released: Released,
+    pub(super) shear: Option<f64>,
+    pub(super) johnson_cook: JohnsonCook,
     damage: Option<Damage>,
-    spall: Option<f64>,
+    pub(super) spall: Option<f64>,
     /// Volume at which the sound speed is taken at most [m3/kg]: the Mie-Grueneisen c grows with V without end.
-    widest: f64,
+    pub(super) widest: f64,
 }
 
 /// Linear and quadratic coefficients of artificial viscosity; small, since the narrower a shock's profile, the less heat it
@@ -61,6 +64,7 @@ impl Law {
         };
         Law {
             isotherm: Isotherm::new(&eos),
+            released: Released::new(&eos),
             eos,
             shear: on.strength.then(|| material.shear()),
             johnson_cook: material.strength.clone(),
@@ -97,6 +101,13 @@ impl Law {
     #[inline(always)]
     pub fn compression<R: Real>(&self, m: &Matter<R>, divergence: R, cell: f64) -> R {
         (Self::jump(m, divergence, cell) / m.sound_speed.times(FADE)).at_most(1.0)
+    }
+
+    /// Rate at which matter is compressed beyond that of a sound wave, in which the linear viscosity fades too [1/s], or 0; counted
+    /// by the divergence of its last step.
+    #[inline(always)]
+    pub fn shocked<R: Real>(m: &Matter<R>, cell: f64) -> R {
+        (R::of(0.0) - m.divergence - m.sound_speed.times(FADE / cell)).at_least(0.0)
     }
 
     /// Share of its velocity apart from the grid's that a particle loses in a step of `dt` [s] by the transfer AFLIP: the more the faster
@@ -247,72 +258,6 @@ impl Law {
             *x = *x * left.at_least(0.0);
         }
         m.stress = s;
-    }
-
-    /// Energy above that of the reference temperature at the same volume [J/kg]: heat that may flow, without the energy of
-    /// compression.
-    #[inline(always)]
-    pub fn thermal_energy<R: Eight>(&self, ratio: R, energy: R) -> R {
-        energy - self.isotherm.energy(ratio)
-    }
-
-    /// Answers of the equation of state for many particles' `volume` [m3/kg] and `energy` [J/kg].
-    pub fn answers(&self, set: Instructions, volume: &[f64], energy: &[f64], out: &mut Points) {
-        self.eos.evaluate_with(set, volume, energy, out);
-        if self.widest.is_finite() {
-            for i in (0..volume.len()).filter(|&i| volume[i] > self.widest) {
-                out.sound_speed[i] = self.eos.point(self.widest, energy[i]).sound_speed;
-            }
-        }
-    }
-
-    /// Pressure, temperature, sound speed, spall, and what strength needs of them, of one particle.
-    pub fn evaluate<const D: usize>(&self, p: &mut Particle<D>) {
-        let mut at = Points::default();
-        self.answers(Instructions::best(), &[self.specific_volume(p.ratio)], &[p.energy], &mut at);
-        let answer = Answer {
-            pressure: at.pressure[0],
-            temperature: at.temperature[0],
-            sound_speed: at.sound_speed[0],
-            liquid: at.liquid[0],
-            melting: at.melting[0],
-        };
-        self.settle(p, &answer);
-    }
-
-    /// Specific volume [m3/kg].
-    #[inline(always)]
-    pub fn specific_volume<R: Real>(&self, ratio: R) -> R {
-        ratio.times(self.eos.reference_volume())
-    }
-
-    /// Takes over what the equation of state says.
-    #[inline(always)]
-    pub fn settle<R: Real>(&self, m: &mut Matter<R>, at: &Answer<R>) {
-        let (zero, one) = (R::of(0.0), R::of(1.0));
-        let volume = self.specific_volume(m.ratio);
-        m.unclamped = at.pressure;
-        m.temperature = at.temperature;
-        let own = R::of(self.johnson_cook.melting_temperature.si());
-        let melting = at.melting.where_less(at.melting, R::of(f64::INFINITY), own);
-        let homologous = self.johnson_cook.homologous(at.temperature, melting);
-        m.homologous = one.where_less(R::of(0.5), at.liquid, homologous);
-        if self.spall.is_some() {
-            let failed = m.damage.at_least(1.0);
-            m.damage = failed.where_less(at.pressure, zero - self.tension_limit(m), m.damage);
-        }
-        m.stiffness = at.sound_speed * at.sound_speed / volume * (one - m.open());
-        let mut shear = zero;
-        m.softening = zero;
-        if let Some(modulus) = self.shear {
-            // Only what can carry shear: a vapour's V would make any shear term swallow the time step.
-            let whole = one - m.failed();
-            if (zero - whole).any_less(zero) {
-                m.softening = self.johnson_cook.softening(m.homologous) * whole;
-            }
-            shear = R::of(4.0 / 3.0 * modulus).where_less(zero, m.softening, zero);
-        }
-        m.sound_speed = (at.sound_speed * at.sound_speed + shear * volume.at_most(self.widest)).root();
     }
 }
 

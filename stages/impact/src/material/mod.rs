@@ -1,12 +1,14 @@
 //! Materials: constants of strength, damage, spall and equation of state, one file a shipped material.
 //!
-//! `johnson_cook.rs` flow stress and its return map; `damage.rs` fracture strain; `isotherm.rs` energy that is not heat; `law.rs` what one particle does in a step, in `terms.rs`.
+//! `johnson_cook.rs` flow stress and its return map; `damage.rs` fracture strain; `isotherm.rs` energy that is not heat; `released.rs` phases of matter that has parted; `law.rs` what one particle does in a step, with `answer.rs` of its equation of state, in `terms.rs`.
 mod aluminium;
+mod answer;
 mod copper;
 mod damage;
 mod isotherm;
 mod johnson_cook;
 mod law;
+mod released;
 mod terms;
 pub use damage::Damage;
 use hvi_eos::Eos;

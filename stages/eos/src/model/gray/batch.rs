@@ -128,7 +128,7 @@ impl Work for Batch<'_> {
     #[inline(always)]
     fn run<R: Eight>(self) {
         let k = &self.gray.constants;
-        let melting_at_join = self.gray.local(k.join).tm;
+        let melting_at_join = Local::at(k, k.join, self.gray.functions.at::<R>(k.join)).tm;
         let mut block = Block { u: [1.0; BLOCK], energy: [0.0; BLOCK], row: [[1.0; 8]; BLOCK] };
         let mut start = 0;
         while start < self.volume.len() {
