@@ -126,7 +126,7 @@ enum Ended {
 
 /// Runs by plan, again with what the plan left off where the run shows it to be missing.
 fn run<const D: usize>(params: &Params, inputs: ImpactInputs, ctx: &Ctx<'_>) -> Result<Impact, StageError> {
-    let eos = equations_of_state(&pieces(params, &Layout::of(params)), inputs);
+    let eos = equations_of_state(&pieces(params, &Layout::of(params)), inputs)?;
     let mut plan = effects::plan(params, &eos);
     let mut kept: Option<Progress<D>> = ctx.resume();
     let mut crossings = kept.as_ref().map(|run| run.crossings.clone()).unwrap_or_default();
@@ -229,10 +229,24 @@ fn whole<const D: usize>(plan: &Plan, layout: &Layout, run: Progress<D>) -> Impa
 }
 
 /// The fitted equation of state of each body, or its material's own.
-fn equations_of_state(pieces: &[Piece<'_>], inputs: ImpactInputs) -> Vec<Eos> {
+/// Densities of a metal by its strength model's handbook and by an equation of state differ by alloy and potential, not by more.
+const UNLIKE: f64 = 0.2;
+
+/// By body: what is plugged in, else the material's own.
+fn equations_of_state(pieces: &[Piece<'_>], inputs: ImpactInputs) -> Result<Vec<Eos>, StageError> {
     let mut plugged = inputs.eos.0;
-    let own = |piece: &Piece<'_>| plugged.remove(&format!("{}.eos", piece.key)).map(|result| result.eos);
-    pieces.iter().map(own).zip(pieces).map(|(eos, piece)| eos.unwrap_or_else(|| piece.material.eos.clone())).collect()
+    let mut own = |piece: &Piece<'_>| {
+        let Some(result) = plugged.remove(&format!("{}.eos", piece.key)) else { return Ok(piece.material.eos.clone()) };
+        let [given, known] = [&result.eos, &piece.material.eos].map(|eos| 1e-3 / eos.reference_volume());
+        if (given / known - 1.0).abs() > UNLIKE {
+            return Err(StageError::physics(format_args!(
+                "{}: its equation of state is of matter of {given:.2} g/cm3, its material {} has {known:.2} g/cm3: give it both of one metal",
+                piece.key, piece.material.name
+            )));
+        }
+        Ok(result.eos)
+    };
+    pieces.iter().map(&mut own).collect()
 }
 
 fn setting<const D: usize>(params: &Params, layout: &Layout, pieces: &[Piece<'_>], eos: Vec<Eos>) -> Setting<D> {

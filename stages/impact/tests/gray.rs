@@ -37,6 +37,21 @@ fn plugged_equation_of_state() {
     assert_eq!(plugged.snapshots, expected.snapshots);
 }
 
+/// Copper with aluminium's equation of state is neither.
+#[test]
+fn a_material_and_an_equation_of_state_of_two_metals_are_refused() {
+    let shipped = serde_json::to_value(hvi_impact::material::Material::named("copper").unwrap()).unwrap();
+    let params: Params = serde_json::from_value(planar(shipped.clone(), shipped, 3000.0, 50, &[], 1e-6)).unwrap();
+    let aluminium = Eos::Gray(Gray::new(Set::AluminiumPaper.parameters()).unwrap());
+    let plugged = EosResult { eos: aluminium, source: "test".into(), fit: None };
+    let inputs = ImpactInputs { eos: Places([("plate.eos".into(), plugged)].into()), file: Places(Default::default()) };
+    let said = ImpactStage::run(&params, inputs, &Ctx::quiet()).unwrap_err().to_string();
+    assert!(
+        said.contains("plate: its equation of state is of matter of 2.79 g/cm3, its material copper has 8.9"),
+        "{said}"
+    );
+}
+
 /// A copper sphere on a copper plate with the shipped material: shares add up, and more melts at higher speed.
 #[test]
 fn phases_of_a_sphere_on_a_plate() {
