@@ -245,7 +245,17 @@ fn candidates(
         choice.foretold = own.map(|id| plan.nodes[id].cost * cost / sample.foretold).sum();
         Ok(choice)
     };
-    known.map(candidate).collect()
+    let (mut fitting, mut refused) = (Vec::new(), None);
+    for found in known.map(candidate) {
+        match found {
+            Ok(choice) => fitting.push(choice),
+            Err(mistake) => refused = Some(mistake),
+        }
+    }
+    match (fitting.is_empty(), refused) {
+        (true, Some(mistake)) => Err(mistake),
+        _ => Ok(fitting),
+    }
 }
 
 fn best(all: Vec<Choice>, wish: &Wish<'_>) -> Result<Choice, Mistake> {

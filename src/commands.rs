@@ -50,6 +50,22 @@ impl From<hvi_kit::StoreError> for Stop {
     }
 }
 
+/// The pipeline at `path` as it is run: with its `[choose.NAME]`, which look into the store, and its `region = "auto"` settled.
+///
+/// # Errors
+/// [`Mistake`] where it can't be used.
+fn settled<S: std::borrow::Borrow<Store>>(
+    path: &Path,
+    set: &[String],
+    store: impl FnOnce() -> Result<S, Mistake>,
+) -> Result<Pipeline, Mistake> {
+    let mut pipeline = pipeline::read(path, set)?;
+    if !pipeline.choose.0.is_empty() {
+        pipeline = choose::settled(pipeline, set, store()?.borrow())?;
+    }
+    region::settled(pipeline)
+}
+
 /// Which pipeline, with which keys changed, and its store.
 #[derive(clap::Args)]
 pub struct StudyArgs {
@@ -68,15 +84,13 @@ impl StudyArgs {
     /// # Errors
     /// [`Mistake`] where the pipeline can't be used.
     pub fn read(&self, only: &[String]) -> Result<(Pipeline, Plan), Mistake> {
-        let mut pipeline = pipeline::read(&self.pipeline, &self.set)?;
-        if !pipeline.choose.0.is_empty() {
-            let store = self.store().map_err(|stop| match stop {
+        let store = || {
+            self.store().map_err(|stop| match stop {
                 Stop::Mistake(mistake) => mistake,
                 Stop::Machine(why) => Mistake::new(why),
-            })?;
-            pipeline = choose::settled(pipeline, &self.set, &store)?;
-        }
-        let pipeline = region::settled(pipeline)?;
+            })
+        };
+        let pipeline = settled(&self.pipeline, &self.set, store)?;
         let plan = crate::plan::plan(&pipeline, only)?;
         Ok((pipeline, plan))
     }

@@ -49,7 +49,9 @@ impl Mistake {
     }
     /// Names the nearest of `known` names, or all of them.
     pub fn nearest<'a>(self, wrong: &str, known: impl IntoIterator<Item = &'a str>) -> Mistake {
-        let known: Vec<&str> = known.into_iter().collect();
+        let mut known: Vec<&str> = known.into_iter().collect();
+        let mut seen = std::collections::HashSet::new();
+        known.retain(|name| seen.insert(*name));
         let score = |name: &&str| strsim::jaro_winkler(wrong, name);
         let best = known.iter().copied().max_by(|a, b| score(a).total_cmp(&score(b)));
         match best.filter(|b| score(b) > 0.75) {

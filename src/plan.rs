@@ -159,7 +159,7 @@ fn reference<'a>(text: &'a str, at: &At) -> Result<Reference<'a>, Mistake> {
 }
 
 /// Every reference in a value, by place.
-fn references(value: &Value, found: &mut Vec<(String, At)>) {
+pub fn references(value: &Value, found: &mut Vec<(String, At)>) {
     match &value.node {
         Written::Text(s) if s.starts_with('@') => found.push((s.clone(), value.at.clone())),
         Written::List(items) => items.iter().for_each(|v| references(v, found)),

@@ -1,11 +1,12 @@
 //! `region = "auto"` of a step: of its sweep only the states that the pipeline's scenes bring matter to.
 //!
 //! What a scene comes to is the stages' own estimate ([`hvi_kit::Stage::reach`]), made from its parameters before anything is computed;
-//! it counts for the steps that the scene's equation of state is made from. Points that another step names one by one stay, and
-//! where a scene can't be estimated all do.
+//! it counts for the steps that the scene's equation of state is made from. Points that a reference selects stay, and where a scene
+//! can't be estimated, or no point at all is called for, all do.
 use crate::mistake::Mistake;
 use crate::pipeline::Pipeline;
 use crate::plan::{self, Input, NodeId, Plan};
+use crate::reference::{self, Selection};
 use hvi_kit::Reach;
 use std::collections::{HashMap, HashSet};
 
@@ -40,7 +41,7 @@ pub fn settled(mut pipeline: Pipeline) -> Result<Pipeline, Mistake> {
     }
     let plan = plan::plan(&pipeline, &[])?;
     let scenes = Scenes::of(&plan);
-    let named = named_alone(&plan);
+    let named = named(&pipeline, &plan);
     for step in &mut pipeline.steps {
         let Some(at) = &step.region else { continue };
         let index = plan.steps.iter().position(|s| s.name == step.name).expect("all steps are planned");
@@ -57,9 +58,14 @@ pub fn settled(mut pipeline: Pipeline) -> Result<Pipeline, Mistake> {
             Found::Reach(reach) => {
                 let stays = |id: &NodeId| named.contains(id) || is_reached(*id, &reach) == Some(true);
                 let kept: Vec<bool> = nodes.map(|id| stays(&id)).collect();
-                let mut kept = kept.iter();
-                step.points.retain(|_| *kept.next().expect("a node a point"));
-                format!("scenes bring its matter to {}", reach.words())
+                let words = reach.words();
+                if kept.contains(&true) {
+                    let mut kept = kept.iter();
+                    step.points.retain(|_| *kept.next().expect("a node a point"));
+                    format!("scenes bring its matter to {words}")
+                } else {
+                    format!("none of them is called for, as scenes bring its matter to {words}: the step may go")
+                }
             }
         };
         pipeline.regions.push(Region { step: step.name.clone(), kept: step.points.len(), written, why });
@@ -68,13 +74,24 @@ pub fn settled(mut pipeline: Pipeline) -> Result<Pipeline, Mistake> {
     Ok(pipeline)
 }
 
-/// Nodes that fill a port alone.
-fn named_alone(plan: &Plan) -> HashSet<NodeId> {
+/// Nodes that a reference names by a selection, or that fill a port alone.
+fn named(pipeline: &Pipeline, plan: &Plan) -> HashSet<NodeId> {
     let one = |input: &Input| match input {
         Input::One(id) => Some(*id),
         Input::Many(_) | Input::File(_) => None,
     };
-    plan.nodes.iter().flat_map(|node| node.inputs.values().filter_map(one)).collect()
+    let mut all: HashSet<NodeId> =
+        plan.nodes.iter().flat_map(|node| node.inputs.values().filter_map(one)).collect();
+    let mut texts = Vec::new();
+    let steps = pipeline.steps.iter().flat_map(|step| step.params.0.iter().chain(step.points.iter().flatten()));
+    steps.chain(&pipeline.tradeoff.0).for_each(|(_, value)| plan::references(value, &mut texts));
+    for (text, _) in texts {
+        let selects = |text: &str| matches!(reference::parse(text).map(|r| r.selection), Ok(Selection::Where(_)));
+        if selects(text.trim_start_matches('@')) {
+            all.extend(reference::nodes(plan, &text).into_iter().flatten());
+        }
+    }
+    all
 }
 
 /// What scenes bring the matter of a step to.

@@ -238,7 +238,7 @@ pub fn outcome<'a>(
             .map(|(k, v)| format!("{k}={v}"))
             .collect::<Vec<_>>()
             .join(", ");
-        let number = units::split(&setting).and_then(|(number, _)| number.parse::<f64>().ok()).filter(|x| *x > 0.0);
+        let number = si(&setting).filter(|x| *x > 0.0);
         let h = number.map(|x| if block.smaller { x } else { 1.0 / x });
         let cost = cost(plan, forecasts, id, block.spread);
         let key = forecasts[id].key.map(|k| k.to_string()).unwrap_or_default();
@@ -249,6 +249,15 @@ pub fn outcome<'a>(
         false => (hvi_tradeoff::study(&samples), Vec::new()),
     };
     Ok(Outcome { block, samples, quantities, checks: None, spreads })
+}
+
+/// A setting as a number, in SI where it has a unit: a sweep may mix `500 fs` and `1 ps`.
+fn si(setting: &str) -> Option<f64> {
+    let (number, unit) = units::split(setting)?;
+    match units::dimension(unit) {
+        Some(dimension) => units::si(setting, dimension).ok(),
+        None => number.parse().ok(),
+    }
 }
 
 /// Swept keys that go with the one that is refined: each of its values with one of theirs and the other way round.

@@ -4,7 +4,7 @@ use crate::console::{say, warn};
 use crate::forecast;
 use crate::history::Last;
 use crate::mistake::Mistake;
-use crate::{amount, history, pipeline, plan, region};
+use crate::{amount, history, plan};
 use clap::Subcommand;
 use hvi_cache::{Copied, Limits, Second, Shelf};
 use hvi_kit::{Digest, Store};
@@ -197,7 +197,7 @@ fn pins(folders: &[PathBuf], store: &Store) -> Result<HashSet<Digest>, Stop> {
             return Err(Mistake::new(format!("--keep {}: there is no pipeline in it", folder.display())).into());
         }
         for file in files {
-            let read = region::settled(pipeline::read(&file, &[])?)?;
+            let read = super::settled(&file, &[], || Ok(store))?;
             let plan = plan::plan(&read, &[])?;
             let last = Last::of(store, &read.name);
             for (id, forecast) in forecast::forecast(&plan, store, &last).iter().enumerate() {

@@ -5,7 +5,7 @@ use crate::console::{say, warn};
 use crate::forecast;
 use crate::history::{self, Last};
 use crate::mistake::Mistake;
-use crate::{outputs, pipeline, plan, region, registry};
+use crate::{outputs, plan, registry};
 use hvi_kit::view::{Cell, Scalar};
 use hvi_kit::{Digest, Recipe, Store};
 use std::collections::{BTreeMap, BTreeSet};
@@ -81,7 +81,7 @@ pub fn run(args: &Args) -> Done {
 fn keys(run: &str, store: &Store) -> Result<BTreeMap<String, Digest>, Stop> {
     let path = Path::new(run);
     if path.is_file() {
-        let pipeline = region::settled(pipeline::read(path, &[])?)?;
+        let pipeline = super::settled(path, &[], || Ok(store))?;
         let plan = plan::plan(&pipeline, &[])?;
         let forecasts = forecast::forecast(&plan, store, &Last::of(store, &pipeline.name));
         let known = forecasts.iter().enumerate().filter(|(_, f)| f.entry().is_some());

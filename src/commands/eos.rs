@@ -113,7 +113,13 @@ pub fn run(args: &Args) -> Done {
             warn_of_extrapolation(&eos, &samples);
             text::write(&samples)
         }
-        Ask::Curve { file, kind } => text::write(&curve(&read(file)?.eos, kind)?),
+        Ask::Curve { file, kind } => {
+            let eos = read(file)?.eos;
+            let samples = curve(&eos, kind)?;
+            warn_of_extrapolation(&eos, &samples);
+            warn_of_end(kind, &samples)?;
+            text::write(&samples)
+        }
         Ask::Show { file } => {
             let result = read(file)?;
             let shown = Definition::describe(&result).and_then(|d| toml::to_string(&d).ok());
@@ -130,8 +136,11 @@ pub fn run(args: &Args) -> Done {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Says how many of the states are denser than the model's formulas reach.
+/// Says what the answers do not know: phases of a table without them, and how many states are denser than the model's formulas reach.
 fn warn_of_extrapolation(eos: &Eos, samples: &[Sample]) {
+    if matches!(eos, Eos::Table(_)) && eos.melting_temperature(eos.reference_volume()).is_none() {
+        warn(format_args!("the table tells no phases apart: what it calls solid may be molten"));
+    }
     let Some(least) = eos.least_volume() else { return };
     let denser: Vec<usize> = (0..samples.len()).filter(|&i| samples[i].volume < least).map(|i| i + 1).collect();
     if let Some(first) = denser.first() {
@@ -144,6 +153,20 @@ fn warn_of_extrapolation(eos: &Eos, samples: &[Sample]) {
             eos.name()
         ));
     }
+}
+
+/// Says where a curve ends before the pressure that was asked for.
+fn warn_of_end(kind: &Kind, samples: &[Sample]) -> Result<(), Stop> {
+    let (Kind::Hugoniot(up_to) | Kind::Isotherm { up_to, .. } | Kind::Isentrope { up_to, .. } | Kind::Melting(up_to)) =
+        kind
+    else {
+        return Ok(());
+    };
+    let (asked, reached) = (up_to.si()?, samples.iter().map(|s| s.pressure).fold(0.0, f64::max));
+    if reached < 0.97 * asked {
+        warn(format_args!("the curve ends at {:.4} GPa: the model's formulas go no further", reached / 1e9));
+    }
+    Ok(())
 }
 
 fn curve(eos: &Eos, kind: &Kind) -> Result<Vec<Sample>, Stop> {

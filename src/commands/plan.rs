@@ -66,6 +66,9 @@ pub fn run(args: &Args) -> Done {
             "study": pipeline.name,
             "known": totals.known, "run": totals.run, "unknown": totals.unknown, "cost_s": totals.cost,
             "stages": stages.iter().map(StageWork::json).collect::<Vec<_>>(),
+            "regions": pipeline.regions.iter().map(|r| json!({
+                "step": r.step, "kept": r.kept, "written": r.written, "why": r.why,
+            })).collect::<Vec<_>>(),
             "packings": packings.iter().map(|p| p.json()).collect::<Vec<_>>(),
             "nodes": nodes,
         });

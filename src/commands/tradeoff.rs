@@ -49,6 +49,10 @@ pub fn run(args: &Args) -> Done {
     let (pipeline, plan) = args.run.study.read(&[])?;
     let blocks = tradeoff::blocks(&pipeline, &plan)?;
     let target = args.accuracy.as_deref().map(percent).transpose()?;
+    if args.quantity.is_some() && args.accuracy.is_none() && args.budget.is_none() {
+        let mistake = Mistake::new("--quantity asks for nothing yet");
+        return Err(mistake.help("add --accuracy \"2 %\" or --budget 10min").into());
+    }
     args.quantity.as_deref().map_or(Ok(()), |wanted| tradeoff::knows(&blocks, &plan, wanted))?;
     let ended = run::run(&args.run)?;
     if ended != ExitCode::SUCCESS {
@@ -134,7 +138,7 @@ fn choose(outcomes: &[Outcome<'_>], wanted: &str, target: Option<f64>, budget: O
             100.0 * q.blur()
         ));
     }
-    Ok(ExitCode::from(if reached || (target.is_none() && budget.is_none()) { 0 } else { 2 }))
+    Ok(ExitCode::from(if reached { 0 } else { 2 }))
 }
 
 /// The page with figures, and every table and figure as a file.

@@ -201,12 +201,22 @@ fn attempt<const D: usize>(
             &contact,
         ));
     }
-    Ok(Ended::Whole(Box::new(whole(plan, &layout, run))))
+    Ok(Ended::Whole(Box::new(whole(plan, &layout, eos, run))))
 }
 
 /// The result of a run that has come to its end.
-fn whole<const D: usize>(plan: &Plan, layout: &Layout, run: Progress<D>) -> Impact {
+fn whole<const D: usize>(plan: &Plan, layout: &Layout, eos: &[Eos], run: Progress<D>) -> Impact {
     let params = &plan.params;
+    let mut notes = notes(params, layout, &run.state, &run.bodies, &run.entries);
+    for (eos, body) in eos.iter().zip(&run.bodies) {
+        if eos.melting_temperature(eos.reference_volume()).is_none() {
+            notes.push(format!(
+                "The equation of state of `{}` ({}) knows no melting: its matter counts as solid, and its shares of liquid say nothing.",
+                body.name,
+                eos.name()
+            ));
+        }
+    }
     let leading = [0.001, 0.01, 0.05].map(|share| ledger::leading(run.state.particles(), 0, share));
     let size = params.projectile.size().min(params.plate.thickness.si());
     Impact {
@@ -220,7 +230,7 @@ fn whole<const D: usize>(plan: &Plan, layout: &Layout, run: Progress<D>) -> Impa
         probes: run.following.map(Following::done).unwrap_or_default(),
         decisions: plan.decisions.clone(),
         crossings: run.crossings,
-        notes: notes(params, layout, &run.state, &run.bodies, &run.entries),
+        notes,
         bodies: run.bodies,
         snapshots: run.snapshots,
         ledger: run.entries,
@@ -228,7 +238,6 @@ fn whole<const D: usize>(plan: &Plan, layout: &Layout, run: Progress<D>) -> Impa
     }
 }
 
-/// The fitted equation of state of each body, or its material's own.
 /// Densities of a metal by its strength model's handbook and by an equation of state differ by alloy and potential, not by more.
 const UNLIKE: f64 = 0.2;
 

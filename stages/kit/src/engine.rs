@@ -2,7 +2,8 @@
 use crate::{Cancel, Cancelled};
 use std::io::Read;
 use std::path::PathBuf;
-use std::process::{Command, Stdio};
+use std::os::unix::process::CommandExt;
+use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
 /// A program that does a stage's work for some of its parameters.
@@ -45,7 +46,8 @@ pub struct Finished {
 impl Engine {
     fn command(&self) -> Command {
         let mut command = Command::new(self.program);
-        command.envs(self.environment.iter().copied()).stdin(Stdio::null());
+        // A group of its own: what it starts in turn ends with it.
+        command.envs(self.environment.iter().copied()).stdin(Stdio::null()).process_group(0);
         command
     }
 
@@ -94,8 +96,7 @@ impl Engine {
             match child.try_wait() {
                 Ok(Some(status)) => break status,
                 Ok(None) if cancel.is_set() => {
-                    let _ = child.kill();
-                    let _ = child.wait();
+                    end(&mut child);
                     return Err(Cancelled.into());
                 }
                 Ok(None) => std::thread::sleep(Duration::from_millis(10)),
@@ -106,6 +107,14 @@ impl Engine {
         let files = wanted.iter().map(|name| std::fs::read(folder.path().join(name)).ok()).collect();
         Ok(Finished { success: status.success(), printed, files })
     }
+}
+
+/// Ends the program and all that it has started, which are a process group.
+fn end(child: &mut Child) {
+    let group = format!("-{}", child.id());
+    let _ = Command::new("kill").args(["-KILL", "--", &group]).stdin(Stdio::null()).stderr(Stdio::null()).status();
+    let _ = child.kill();
+    let _ = child.wait();
 }
 
 fn read_all(mut stream: impl Read) -> String {

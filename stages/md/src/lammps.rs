@@ -79,7 +79,8 @@ pub fn run_as(
     let log = texts.last().cloned().flatten().unwrap_or_default();
     if !done.success || !log.contains("Total wall time") {
         let mut lines = log.lines().chain(done.printed.lines());
-        let error = lines.find(|l| l.starts_with("ERROR")).unwrap_or("it ended without saying why");
+        let last = || done.printed.lines().rfind(|l| l.contains(|c: char| c.is_alphanumeric()));
+        let error = lines.find(|l| l.starts_with("ERROR")).or_else(last).unwrap_or("it ended without saying why");
         return Err(StageError::physics(format!("LAMMPS: {error}")));
     }
     let given = wanted.iter().zip(&texts).find(|(_, t)| t.is_none());

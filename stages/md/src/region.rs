@@ -14,6 +14,9 @@ const VOLUME: f64 = 0.03;
 const TEMPERATURE: (f64, f64) = (1.2, 300.0);
 /// In pressure, as a factor and on top [Pa].
 const PRESSURE: (f64, f64) = (1.1, 2e9);
+/// A fit needs the neighbourhood of rest whatever scenes do, solid and molten: volumes from this on, up to the temperature [K] at
+/// which all face-centred metals are well molten (platinum at 2041 K), and the melting point without pressure.
+const ANCHOR: (f64, f64) = (0.85, 3000.0);
 /// Matter this far below melting may still melt by what the estimate leaves out: strength, jetting, a second shock.
 const HOMOLOGOUS: f64 = 0.8;
 
@@ -31,16 +34,20 @@ pub fn needs_state(params: &Params, reach: &Reach) -> bool {
                 && temperature <= beyond(TEMPERATURE, reach.highest_temperature())
         }
         None => {
-            params.volume_ratio >= reach.volume_ratios()[0] - VOLUME
-                && temperature <= beyond(TEMPERATURE, reach.hottest(params.volume_ratio))
+            let ratio = params.volume_ratio;
+            // For the fit, not for the scenes.
+            let is_anchor = ratio >= ANCHOR.0 && temperature <= ANCHOR.1;
+            is_anchor
+                || (ratio >= reach.volume_ratios()[0] - VOLUME
+                    && temperature <= beyond(TEMPERATURE, reach.hottest(ratio)))
         }
     }
 }
 
-/// Whether the melting point is needed: matter comes near melting at its pressure or a higher one.
+/// Whether the melting point is needed: matter comes near melting at its pressure or a higher one, or it is the one without pressure.
 pub fn needs_melting(params: &coexistence::Params, reach: &Reach) -> bool {
-    let highest = reach.melting_pressure(HOMOLOGOUS);
-    highest.is_some_and(|highest| params.pressure.si() <= beyond(PRESSURE, highest))
+    let highest = reach.melting_pressure(HOMOLOGOUS).unwrap_or(0.0);
+    params.pressure.si() <= beyond(PRESSURE, highest)
 }
 
 #[cfg(test)]
@@ -75,9 +82,10 @@ mod tests {
             (0.7, 3200.0, true),  // within the margin of 1.2 * 2500 + 300 K
             (0.7, 3400.0, false), // beyond
             (0.68, 300.0, true),
-            (0.66, 300.0, false),  // .7 - .03 is the least
-            (1.06, 2000.0, false), // 1.2 * 1300 + 300 K is 1860 K
+            (0.66, 300.0, false), // .7 - .03 is the least
             (0.85, 300.0, true),
+            (1.06, 2900.0, true), // molten at rest: a fit needs it
+            (1.06, 3100.0, false),
         ] {
             let is = state(json!({ "volume_ratio": volume_ratio, "temperature": format!("{temperature} K") }));
             assert_eq!(is, stays, "{volume_ratio} {temperature}");
@@ -98,7 +106,7 @@ mod tests {
         assert!(melting(0.0, &reach()) && !melting(2e10, &reach()));
         let mut cold = reach();
         cold.ways[0][2].homologous = 0.5;
-        assert!(!melting(0.0, &cold));
+        assert!(melting(0.0, &cold) && !melting(5e9, &cold), "the one without pressure stays");
         let mut hot = reach();
         hot.ways[0][1].homologous = 1.1;
         assert!(melting(1.5e11, &hot) && !melting(2e11, &hot));

@@ -164,10 +164,12 @@ fn levels(samples: &[Sample], measured: &[Option<Measure>], group: &str) -> Vec<
 /// The limit of the group with the finest run; where settings are no numbers, the last run as written. Noise of the finest run,
 /// where it has some, is part of the uncertainty.
 fn reference(samples: &[Sample], measured: &[Option<Measure>], groups: &[String]) -> Option<Limit> {
-    let noise = measured.iter().flatten().map(|m| m.noise).fold(f64::INFINITY, f64::min);
     let finest = |g: &&String| levels(samples, measured, g).last().map_or(f64::INFINITY, |l| l.0);
     let group = groups.iter().min_by(|a, b| finest(a).total_cmp(&finest(b)))?;
     let found = limit(&levels(samples, measured, group));
+    let own = in_group(samples, group).filter(|&i| measured[i].is_some());
+    let order = |a: &usize, b: &usize| samples[*a].h.unwrap_or(f64::INFINITY).total_cmp(&samples[*b].h.unwrap_or(f64::INFINITY));
+    let noise = own.min_by(order).and_then(|i| Some(measured[i].as_ref()?.noise)).unwrap_or(0.0);
     let last = || {
         let value = measured.iter().flatten().next_back()?.value;
         Some(Limit { value, uncertainty: 0.0, how: How::Last, order: None })

@@ -14,18 +14,24 @@ const STATES: usize = 16;
 const STEPS: usize = 20;
 
 /// By the key of each body's equation of state: the shock into it from the impedance match with each body that it can meet, and
-/// release from there to where pressure is gone. Nothing where the handbook knows no such shock.
+/// release from there to where pressure is gone; two bodies that rest meet as debris of one of them, at the highest speed of all.
+/// Nothing where the handbook knows no such shock.
 ///
 /// Left out: shocks after the first, which heat less for the same volume; jets; what strength and viscosity heat.
 pub fn reach(params: &Params) -> ByInput {
     let settled = params.settled();
     let layout = Layout::of(&settled);
     let all = pieces(&settled, &layout);
+    let between = |i: usize, j: usize| {
+        let squares = (0..3).map(|d| all[i].velocity[d] - all[j].velocity[d]).map(|v| v * v);
+        squares.sum::<f64>().sqrt()
+    };
+    let fastest = (0..all.len()).flat_map(|i| (0..i).map(move |j| (i, j))).map(|(i, j)| between(i, j)).fold(0.0, f64::max);
     let of = |i: usize| {
-        let others = (0..all.len()).filter(|&j| j != i).filter_map(|j| {
-            let squares = (0..3).map(|d| all[i].velocity[d] - all[j].velocity[d]).map(|v| v * v);
-            let speed = squares.sum::<f64>().sqrt();
-            (speed > 0.0).then(|| way([all[i].material, all[j].material], speed))
+        let others = (0..all.len()).filter(|&j| j != i).map(|j| {
+            // Two that rest may still meet: the first one's debris flies at up to the impact's speed.
+            let speed = if between(i, j) > 0.0 { between(i, j) } else { fastest };
+            way([all[i].material, all[j].material], speed)
         });
         others.collect::<Option<Vec<_>>>().map(|ways| Reach { ways })
     };
