@@ -80,8 +80,7 @@ fn named(pipeline: &Pipeline, plan: &Plan) -> HashSet<NodeId> {
         Input::One(id) => Some(*id),
         Input::Many(_) | Input::File(_) => None,
     };
-    let mut all: HashSet<NodeId> =
-        plan.nodes.iter().flat_map(|node| node.inputs.values().filter_map(one)).collect();
+    let mut all: HashSet<NodeId> = plan.nodes.iter().flat_map(|node| node.inputs.values().filter_map(one)).collect();
     let mut texts = Vec::new();
     let steps = pipeline.steps.iter().flat_map(|step| step.params.0.iter().chain(step.points.iter().flatten()));
     steps.chain(&pipeline.tradeoff.0).for_each(|(_, value)| plan::references(value, &mut texts));

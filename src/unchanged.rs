@@ -70,7 +70,8 @@ pub fn note(
     written: &Written,
 ) {
     // What `region` left out follows from the files alone, and is on the page.
-    let is_silent = pipeline.remarks.len() == pipeline.regions.len() && pipeline.choose.0.is_empty() && plan.engines.is_empty();
+    let is_silent =
+        pipeline.remarks.len() == pipeline.regions.len() && pipeline.choose.0.is_empty() && plan.engines.is_empty();
     if !is_silent || !report.outcomes.iter().all(|outcome| matches!(outcome, Outcome::Hit(_))) {
         return;
     }

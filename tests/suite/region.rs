@@ -42,12 +42,13 @@ fn left_out(project: &Project) -> [usize; 2] {
     })
 }
 
-/// Copper at 1 km/s: Us = 3940 + 1.489 * 500 m/s, 21 GPa and .893 V0, some 500 K: six of ten volumes and most temperatures are
-/// beyond it, and nothing is near melting. At 9 km/s it goes to .586 V0 and far beyond 6000 K.
+/// Copper at 1 km/s: Us = 3940 + 1.489 * 500 m/s, 21 GPa and .893 V0, some 500 K, and nothing is near melting: five of ten volumes
+/// stay, which a fit needs, up to 3000 K, ten of twenty temperatures; and the melting point without pressure. At 9 km/s it goes to
+/// .586 V0 and far beyond 6000 K.
 #[test]
 fn states_that_no_scene_comes_to_are_left_out() {
     let [slow, slow_melting] = left_out(&project("1 km/s", ""));
-    assert!((180..200).contains(&slow) && slow_melting == 3, "{slow} {slow_melting}");
+    assert_eq!((slow, slow_melting), (150, 2));
     let [middle, middle_melting] = left_out(&project("5 km/s", ""));
     assert!((10..slow).contains(&middle) && middle_melting < 3, "{middle} {middle_melting}");
     let [fast, fast_melting] = left_out(&project("9 km/s", ""));
@@ -68,13 +69,15 @@ fn what_stays_is_the_same_result() {
     let study = std::fs::read_to_string(project.path("study.toml")).unwrap();
     std::fs::write(project.path("study.toml"), study.replace("region = \"auto\"", "")).unwrap();
     let all = keys();
-    assert!(some.len() < 20 && all.len() == 200, "{} of {}", some.len(), all.len());
+    assert!(some.len() == 50 && all.len() == 200, "{} of {}", some.len(), all.len());
     assert!(some.iter().all(|(node, key)| all[node] == *key && key.len() > 20));
 }
 
 /// A point that is named by itself, a sweep that no scene follows, and a scene that no estimate can be made of stay whole.
 #[test]
 fn points_that_something_else_needs_stay() {
+    let picked = "\n[step.table]\nuse = \"eos.table\"\nstates = \"@states[volume_ratio=0.6, temperature=6000 K]\"\n";
+    assert_eq!(left_out(&self::project("1 km/s", picked)), [149, 2]);
     let named = "\n[step.look]\nuse = \"md\"\npotential = \"mishin-2001\"\nregion = \"auto\"\nvolume_ratio = 0.6\ntemperature = \"6000 K\"\n";
     let project = project("1 km/s", named);
     let plan = project.hvi(&["plan", "study.toml"]);

@@ -1,8 +1,8 @@
 //! Programs outside that a stage may call: their version is part of the key, their text output part of an error.
 use crate::{Cancel, Cancelled};
 use std::io::Read;
-use std::path::PathBuf;
 use std::os::unix::process::CommandExt;
+use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 

@@ -168,7 +168,9 @@ fn reference(samples: &[Sample], measured: &[Option<Measure>], groups: &[String]
     let group = groups.iter().min_by(|a, b| finest(a).total_cmp(&finest(b)))?;
     let found = limit(&levels(samples, measured, group));
     let own = in_group(samples, group).filter(|&i| measured[i].is_some());
-    let order = |a: &usize, b: &usize| samples[*a].h.unwrap_or(f64::INFINITY).total_cmp(&samples[*b].h.unwrap_or(f64::INFINITY));
+    let order = |a: &usize, b: &usize| {
+        samples[*a].h.unwrap_or(f64::INFINITY).total_cmp(&samples[*b].h.unwrap_or(f64::INFINITY))
+    };
     let noise = own.min_by(order).and_then(|i| Some(measured[i].as_ref()?.noise)).unwrap_or(0.0);
     let last = || {
         let value = measured.iter().flatten().next_back()?.value;

@@ -26,7 +26,8 @@ pub fn reach(params: &Params) -> ByInput {
         let squares = (0..3).map(|d| all[i].velocity[d] - all[j].velocity[d]).map(|v| v * v);
         squares.sum::<f64>().sqrt()
     };
-    let fastest = (0..all.len()).flat_map(|i| (0..i).map(move |j| (i, j))).map(|(i, j)| between(i, j)).fold(0.0, f64::max);
+    let fastest =
+        (0..all.len()).flat_map(|i| (0..i).map(move |j| (i, j))).map(|(i, j)| between(i, j)).fold(0.0, f64::max);
     let of = |i: usize| {
         let others = (0..all.len()).filter(|&j| j != i).map(|j| {
             // Two that rest may still meet: the first one's debris flies at up to the impact's speed.
