@@ -78,7 +78,7 @@ pub const SLOW: &str = r#"
 use = "impact"
 projectile = { shape = "sphere", diameter = "1 mm", material = "copper" }
 plate = { material = "copper", thickness = "0.5 mm", width = "3 mm" }
-cells = 8
+cells = 12
 end = "3 us"
 velocity = "2 km/s"
 "#;
