@@ -2,7 +2,7 @@
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use std::fmt;
 use std::ops::Range;
-use std::rc::Rc;
+use std::sync::Arc;
 
 /// A text that was read: a pipeline file, an included one, or a `--set` argument.
 #[derive(Debug)]
@@ -17,7 +17,7 @@ pub struct Source {
 #[derive(Clone, Debug)]
 pub struct At {
     /// The text.
-    pub source: Rc<Source>,
+    pub source: Arc<Source>,
     /// Bytes in it.
     pub span: Range<usize>,
 }

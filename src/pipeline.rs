@@ -11,7 +11,7 @@ use hvi_kit::{Digest, StageDef};
 use std::cell::Cell;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
-use std::rc::Rc;
+use std::sync::Arc;
 use std::time::Duration;
 
 mod cluster;
@@ -194,7 +194,7 @@ impl Raw {
             return Ok(());
         }
         let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
-        let source = Rc::new(Source { name, text });
+        let source = Arc::new(Source { name, text });
         for (key, value) in value::parse(&source)?.0 {
             match key.text.as_str() {
                 "include" => self.include(&value, &folder, depth)?,
@@ -277,7 +277,7 @@ impl Raw {
         let (path, text) = setting.split_once('=').ok_or_else(|| wrong("it has no `=`".into()))?;
         let (step, key) = path.trim().split_once('.').ok_or_else(|| wrong("it names no key of a step".into()))?;
         let toml = format!("value = {}", text.trim());
-        let source = |text| Rc::new(Source { name: "--set".into(), text });
+        let source = |text| Arc::new(Source { name: "--set".into(), text });
         let mut table = value::parse(&source(toml))
             .or_else(|_| value::parse(&source(format!("value = {:?}", text.trim()))))
             .map_err(|_| wrong("its value can't be read".into()))?;

@@ -160,10 +160,10 @@ pub fn label(point: &Point) -> String {
 mod tests {
     use super::*;
     use crate::mistake::Source;
-    use std::rc::Rc;
+    use std::sync::Arc;
 
     fn labels(text: &str) -> Result<Vec<String>, String> {
-        let source = Rc::new(Source { name: "test".into(), text: text.into() });
+        let source = Arc::new(Source { name: "test".into(), text: text.into() });
         let at = || At { source: source.clone(), span: 0..0 };
         let mut table = crate::value::parse(&source).map_err(|m| m.to_string())?;
         let point = |a: i64, b: &str| {

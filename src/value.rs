@@ -1,6 +1,6 @@
 //! TOML values that remember where they were written.
 use crate::mistake::{At, Mistake, Source};
-use std::rc::Rc;
+use std::sync::Arc;
 use toml::de::{DeTable, DeValue};
 
 /// A value and its place.
@@ -176,7 +176,7 @@ impl Value {
 ///
 /// # Errors
 /// [`Mistake`] at the place where it is no TOML, or holds a value that no pipeline has (a date, a NaN).
-pub fn parse(source: &Rc<Source>) -> Result<Table, Mistake> {
+pub fn parse(source: &Arc<Source>) -> Result<Table, Mistake> {
     let document = DeTable::parse(&source.text).map_err(|e| {
         let mistake = Mistake::new(format!("{} is not valid TOML", source.name));
         let span = e.span().unwrap_or(0..0);
@@ -185,7 +185,7 @@ pub fn parse(source: &Rc<Source>) -> Result<Table, Mistake> {
     table(document.get_ref(), source)
 }
 
-fn table(found: &DeTable<'_>, source: &Rc<Source>) -> Result<Table, Mistake> {
+fn table(found: &DeTable<'_>, source: &Arc<Source>) -> Result<Table, Mistake> {
     let at = |span| At { source: source.clone(), span };
     let entries = found.iter().map(|(k, v)| {
         let key = Key { text: k.get_ref().to_string(), at: at(k.span()) };
@@ -194,7 +194,7 @@ fn table(found: &DeTable<'_>, source: &Rc<Source>) -> Result<Table, Mistake> {
     entries.collect::<Result<_, _>>().map(Table)
 }
 
-fn value(found: &DeValue<'_>, at: At, source: &Rc<Source>) -> Result<Value, Mistake> {
+fn value(found: &DeValue<'_>, at: At, source: &Arc<Source>) -> Result<Value, Mistake> {
     let node = match found {
         DeValue::String(s) => Node::Text(s.to_string()),
         DeValue::Boolean(b) => Node::Bool(*b),

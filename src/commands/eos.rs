@@ -13,7 +13,7 @@ use hvi_kit::units::{self, Dimension};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::rc::Rc;
+use std::sync::Arc;
 
 /// What `eos` is told.
 #[derive(clap::Args)]
@@ -242,10 +242,10 @@ fn range(option: &str, words: &[String]) -> Result<Vec<f64>, Mistake> {
     Ok((0..count).map(|i| from + (to - from) * i as f64 / (count - 1) as f64).collect())
 }
 
-fn load(path: &Path) -> Result<Rc<Source>, Mistake> {
+fn load(path: &Path) -> Result<Arc<Source>, Mistake> {
     let name = path.display().to_string();
     match std::fs::read_to_string(path) {
-        Ok(text) => Ok(Rc::new(Source { name, text })),
+        Ok(text) => Ok(Arc::new(Source { name, text })),
         Err(e) => Err(Mistake::new(format!("can't read {name}: {e}"))),
     }
 }
@@ -288,7 +288,7 @@ fn read(file: &str) -> Result<EosResult, Mistake> {
 }
 
 /// The equation of state that `definition` describes; a fault is marked at its key in `source`.
-fn made(definition: Definition, source: Option<&Rc<Source>>) -> Result<EosResult, Mistake> {
+fn made(definition: Definition, source: Option<&Arc<Source>>) -> Result<EosResult, Mistake> {
     definition.make().map_err(|e| {
         let mistake = Mistake::new("these parameters make no equation of state");
         let place = source.and_then(|s| Some((s, s.text.find(&e.key)?)));
@@ -299,7 +299,7 @@ fn made(definition: Definition, source: Option<&Rc<Source>>) -> Result<EosResult
     })
 }
 
-fn marked(source: &Rc<Source>, fault: &text::Fault) -> Mistake {
+fn marked(source: &Arc<Source>, fault: &text::Fault) -> Mistake {
     let line = line_span(&source.text, fault.line);
     let start = source.text[line.clone()].find(&fault.text).filter(|_| !fault.text.is_empty());
     let span = start.map_or(line.clone(), |k| line.start + k..line.start + k + fault.text.len());

@@ -63,8 +63,15 @@ pub fn run(args: &Args) -> Done {
         return Ok(ExitCode::from(130));
     }
     let forecasts = forecast::forecast(&plan, &store, &Last::of(&store, &pipeline.name));
-    let outcome = |b| tradeoff::outcome(b, &plan, &forecasts, &store);
-    let mut outcomes: Vec<Outcome<'_>> = blocks.iter().map(outcome).collect::<Result<_, _>>()?;
+    // Results are read and measured side by side: most of a warm run's time.
+    let mut outcomes: Vec<Outcome<'_>> = std::thread::scope(|scope| {
+        let outcome = |b| tradeoff::outcome(b, &plan, &forecasts, &store);
+        let started: Vec<_> = blocks.iter().map(|b| scope.spawn(move || outcome(b))).collect();
+        started
+            .into_iter()
+            .map(|s| s.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+            .collect::<Result<_, _>>()
+    })?;
     tradeoff::check(&mut outcomes);
     let folder = args.run.out.folder(&pipeline);
     let command = format!("hvi-flow tradeoff {}", pipeline.path.display());
@@ -155,9 +162,12 @@ fn write(folder: &Path, command: &str, question: &str, outcomes: &[Outcome<'_>])
             match view {
                 View::Table(t) => fs::write(file(&t.title, "csv"), figure::csv(t))?,
                 View::Figure(f) => {
-                    let svg = figure::svg(f);
-                    fs::write(file(&f.title, "png"), figure::raster(&svg))?;
-                    fs::write(file(&f.title, "svg"), svg)?;
+                    let (svg, drawn, png) = (figure::svg(f), file(&f.title, "svg"), file(&f.title, "png"));
+                    // To draw the same pixels again takes longer than all the rest; the figure is written after them.
+                    if !png.exists() || fs::read(&drawn).is_ok_and(|old| old != svg.as_bytes()) || !drawn.exists() {
+                        fs::write(png, figure::raster(&svg))?;
+                        fs::write(drawn, svg)?;
+                    }
                 }
                 _ => {}
             }
